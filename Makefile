@@ -1,0 +1,46 @@
+# The first `make demo` or `make test` sets up .venv; later ones find it ready. `rm -rf .venv` starts afresh.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+# Idle OpenMP threads sleep: spinning ones steal time from the rest of a small machine.
+export OMP_WAIT_POLICY ?= passive
+
+.PHONY: demo test test-all mutants lint clean
+
+demo: $(READY)
+	@$(BIN)/pysph-boiling run steady_boiling --demo
+
+test: $(READY)
+	@$(BIN)/python -m pytest
+
+test-all: $(READY)
+	@$(BIN)/python -m pytest -m ""
+
+mutants: $(READY)
+	@$(BIN)/python tests/mutants.py
+
+lint: $(BIN)/ruff
+	@$(BIN)/ruff check .
+
+clean:
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find pysph_boiling tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/ruff: $(READY)
+	@$(BIN)/python -m pip install --quiet ruff
+	@touch $@
+
+$(READY): setup.py pyproject.toml
+	@command -v g++ >/dev/null || { echo "g++ is missing (Debian, Ubuntu: apt install g++)"; exit 1; }
+	@$(PYTHON) -c "import os, sysconfig as s; open(os.path.join(s.get_path('include'), 'Python.h'))" 2>/dev/null || { \
+	  echo "the headers of $(PYTHON) are missing (Debian, Ubuntu: apt install python3-dev)"; exit 1; }
+	@echo "Setting up $(VENV) ..."
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "$(PYTHON) cannot make a virtual environment (Debian, Ubuntu: apt install python3-venv)"; exit 1; }
+	@$(BIN)/python -m pip install --quiet --upgrade pip
+	@$(BIN)/python -c "import pysph" 2>/dev/null || \
+	  echo "PySPH is built from source now: about 6 minutes, once. pip keeps the result for the next set-up."
+	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[test]"
+	@touch $@

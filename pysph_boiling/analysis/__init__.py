@@ -1,0 +1,1 @@
+"""What a run tells: ledger, bubble statistics, plots and pictures. Host side."""

@@ -1,0 +1,179 @@
+"""The ledger: mass and energy of a run, balanced after every step, and the results table.
+
+Energy is the sum of m e over the domain. Every term that moves it is added up by the kernel (or the tool) that moves
+it, never found by subtraction, so the residual measures the scheme's conservation:
+
+    residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
+"""
+import json
+import os
+import warnings
+from pathlib import Path
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
+from pysph_boiling.schemes.effects import Column, gather, total
+
+__all__ = ["Ledger", "load_results", "save_results", "write_json"]
+
+START = {"ledger_energy": "energy", "ledger_mass": "mass"}  # constants that hold the values at the start of a run
+
+
+def save_results(path, table):
+    """Write ``table`` (name -> array (rows,)) as npz: to a temporary file first, so that no reader sees half of it."""
+    path = Path(path)
+    temporary = path.with_suffix(".tmp.npz")
+    np.savez(temporary, **table)
+    os.replace(temporary, path)
+
+
+def load_results(path):
+    """Read ``results.npz`` (a file, or the folder it is in) as a dict name -> array (rows,)."""
+    path = Path(path)
+    with np.load(path / "results.npz" if path.is_dir() else path) as data:
+        return {name: data[name] for name in data.files}
+
+
+def write_json(path, data):
+    """Write ``data`` as JSON, to a temporary file first."""
+    path = Path(path)
+    temporary = path.with_suffix(".tmp")
+    temporary.write_text(json.dumps(data, indent=2, default=str) + "\n")
+    os.replace(temporary, path)
+
+
+class Ledger(Tool):
+    """PySPH tool that balances mass and energy after each step and collects the results table.
+
+    Parameters
+    ----------
+    scheme : PBFScheme      Its effects say which flows and columns there are.
+    every : int             Steps between two rows, >= 1. The balance itself needs no history: flows are cumulative.
+    path : path or None     Where ``results.npz`` goes; rows are also kept in ``rows``.
+
+    Errors: ``ValueError`` at the start for a property of a fluid array that no effect declares: the ledger could not
+    account for what it does.
+    """
+
+    def __init__(self, scheme, every=1, path=None):
+        if every < 1:
+            raise ValueError(f"results-every must be >= 1 step, got {every}")
+        self.scheme, self.every, self.path = scheme, int(every), path
+        self.scene = scheme.scene()
+        self.flows = scheme.gather("flows")
+        self.thermal = "heat" in scheme.effects
+        self.columns = [*self._own_columns(), *scheme.gather("columns")]
+        self.rows = []
+        self.warned = False
+
+    def check(self, arrays):
+        """Refuse fluid properties that nobody declared."""
+        known = {row.name for row in (*BASE_PROPERTIES, *self.scheme.gather("properties"))} | set(PYSPH_PROPERTIES)
+        for pa in arrays:
+            unknown = sorted(set(pa.properties) - known)
+            if unknown:
+                raise ValueError(f"array '{pa.name}' carries {', '.join(unknown)}, which no effect of the scheme "
+                                 "declares: the ledger cannot account for it")
+
+    def begin(self, arrays):
+        """Remember the energy and mass at the start; a resumed run keeps the values of its first start."""
+        self.check(arrays)
+        first = arrays[0]
+        for constant, name in START.items():
+            if constant not in first.constants:
+                first.add_constant(constant, self.energy(arrays) if name == "energy" else self.mass(arrays))
+
+    def energy(self, arrays):
+        """Enthalpy of the domain [J]."""
+        return float(np.sum(gather(arrays, "m") * gather(arrays, "e"))) if self.thermal else 0.0
+
+    @staticmethod
+    def mass(arrays):
+        """Mass of the domain [kg]."""
+        return float(np.sum(gather(arrays, "m")))
+
+    @staticmethod
+    def start(arrays, constant):
+        return float(arrays[0].constants[constant].get_npy_array()[0])
+
+    def flow(self, arrays, flow):
+        """One flow since the start [J], positive in its own direction."""
+        if flow.prop:
+            return total(arrays, flow.prop)
+        return sum(float(pa.constants[flow.constant].get_npy_array()[0]) for pa in arrays)
+
+    def balance(self, arrays):
+        """(in, out, leak, residual): energies [J] since the start, and the relative residual [-]."""
+        inward = outward = leak = moved = 0.0
+        for flow in self.flows:
+            value = flow.sign * self.flow(arrays, flow)
+            moved += abs(value)
+            if flow.leak:
+                leak += value
+            elif flow.sign > 0:
+                inward += value
+            else:
+                outward -= value
+        change = self.energy(arrays) - self.start(arrays, "ledger_energy")
+        scale = max(moved, self.scene.particle_mass * self.scene.material.L)
+        return inward, outward, leak, (change - inward + outward - leak) / scale
+
+    def mass_out(self, arrays):
+        return sum(float(pa.mass_vented[0]) for pa in arrays if "mass_vented" in pa.constants)
+
+    def _own_columns(self):
+        def mass_residual(arrays, scene):
+            start = self.start(arrays, "ledger_mass")
+            return (self.mass(arrays) + self.mass_out(arrays) - start) / start
+
+        columns = [
+            Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),
+            Column("mass_out", "kg", "mass vented since the start", lambda arrays, scene: self.mass_out(arrays)),
+            Column("mass_residual", "-", "mass not accounted for, relative to the start", mass_residual),
+        ]
+        if self.thermal:
+            columns += [
+                Column("energy", "J", "enthalpy of the domain", lambda arrays, scene: self.energy(arrays)),
+                Column("energy_in", "J", "energy in since the start", lambda arrays, scene: self.balance(arrays)[0]),
+                Column("energy_out", "J", "energy out since the start", lambda arrays, scene: self.balance(arrays)[1]),
+                Column("energy_model_leak", "J", "energy made by literal forms of the paper since the start",
+                       lambda arrays, scene: self.balance(arrays)[2]),
+                Column("energy_residual", "-", "energy not accounted for / max(energy moved so far, m_p L)",
+                       lambda arrays, scene: self.balance(arrays)[3]),
+                Column("heat_subcycles", "-", "heat steps in the last step",
+                       lambda arrays, scene: float(self.scheme.integrator.heat_subcycles)),
+            ]
+            columns += [Column(flow.name, "J", "energy since the start, positive in its own direction",
+                               lambda arrays, scene, flow=flow: self.flow(arrays, flow))
+                        for flow in self.flows if not flow.leak]
+        return columns
+
+    def row(self, t, dt):
+        """One row of the results: a dict column -> value."""
+        arrays = self.scheme.arrays
+        values = {"t": t, "dt": dt}
+        values.update((column.name, column.value(arrays, self.scene)) for column in self.columns)
+        return values
+
+    def post_step(self, solver):
+        if (solver.count + 1) % self.every:
+            return
+        row = self.row(solver.t + solver.dt, solver.dt)
+        self.rows.append(row)
+        if row.get("energy_undelivered", 0.0) > 0.0 and not self.warned:
+            self.warned = True
+            warnings.warn(f"at t = {row['t']:.4g} s nothing was within reach of the heater: its energy is not delivered "
+                          "(booked as energy_undelivered)", stacklevel=2)
+
+    def table(self):
+        """The rows as name -> array (rows,)."""
+        if not self.rows:
+            return {name: np.zeros(0) for name in ("t", "dt", *(column.name for column in self.columns))}
+        return {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+
+    def save(self):
+        """Write the results so far."""
+        if self.path is not None:
+            save_results(self.path, self.table())

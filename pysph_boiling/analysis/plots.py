@@ -1,0 +1,181 @@
+"""The history of a run in one figure; matplotlib is imported where it draws."""
+import numpy as np
+
+from pysph_boiling.analysis.rendering import INK, PHASE_COLOURS
+from pysph_boiling.phases import Phase
+
+__all__ = ["PANELS", "plot_history"]
+
+LEDGER_LIMIT = 1e-10  # residual of the energy ledger that a run in double precision must stay below
+RESIDUAL_FLOOR = 1e-18  # drawn in place of an exact zero, which a log axis has no room for
+DPI = 150
+BLUE, ORANGE, GREEN, PURPLE, YELLOW = "#3B7EBF", "#D9722A", "#2A8C6E", "#8E4585", "#E8C547"
+STYLE = {
+    "axes.labelcolor": INK, "axes.titlecolor": INK, "axes.edgecolor": "#B0B5BC", "axes.linewidth": 0.6,
+    "axes.titlelocation": "left", "axes.titlesize": 9.5, "axes.titleweight": "bold", "axes.labelsize": 9,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
+    "grid.color": "#E6E9ED", "grid.linewidth": 0.6, "xtick.color": INK, "ytick.color": INK, "xtick.labelsize": 8,
+    "ytick.labelsize": 8, "legend.fontsize": 7.5, "legend.frameon": False, "legend.labelcolor": INK,
+    "legend.handlelength": 1.6, "legend.labelspacing": 0.3, "savefig.facecolor": "white", "lines.linewidth": 1.4,
+}
+
+
+def plot_history(results, path):
+    """Draw the panels of :data:`PANELS` that ``results`` has columns for; returns their names, in order.
+
+    Parameters
+    ----------
+    results : mapping   Column name -> array (n,), n >= 1, as from ``np.load("results.npz")``: SI units, one row per
+        step; ``t`` [s] is required. Counts of events, ``energy_in`` and ``energy_out`` [J] are totals since the start,
+        density errors are fractions [-].
+    path                The PNG to write.
+
+    Errors: ``ValueError`` where ``t`` is missing or empty, a column has another length, or no panel has a column.
+    """
+    from matplotlib import rc_context
+
+    columns = {name: np.asarray(results[name], dtype=float) for name in results}
+    t = columns.get("t")
+    if t is None or t.ndim != 1 or len(t) == 0:
+        raise ValueError("a history needs a column 't' [s] of at least one row")
+    for name, values in columns.items():
+        if values.shape != t.shape:
+            raise ValueError(f"column {name!r} has shape {values.shape}, but 't' has {t.shape}")
+    drawn = [name for name, (_, _, needs) in PANELS.items() if any(column in columns for column in needs)]
+    if not drawn:
+        raise ValueError(f"no column to plot among {sorted(columns)}")
+
+    with rc_context(STYLE):
+        _draw_panels(drawn, t, columns).savefig(path, dpi=DPI)
+    return drawn
+
+
+def _draw_panels(names, t, columns):
+    from matplotlib.figure import Figure
+
+    across = min(3, len(names))
+    down = -(-len(names) // across)
+    figure = Figure(figsize=(max(4.1 * across, 5.0), 2.5 * down), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False).ravel()
+    for ax, name in zip(grid, names):
+        title, draw, needs = PANELS[name]
+        ax.set_title(title)
+        draw(ax, t, {column: columns[column] for column in needs if column in columns})
+        _finish(ax, t)
+    for ax in grid[len(names):]:
+        ax.set_axis_off()
+    for ax in grid[max(0, len(names) - across):len(names)]:
+        ax.set_xlabel("time [s]")
+    return figure
+
+
+# One function a panel: (axes, t, the columns that exist)
+
+def _line(ax, t, values, label, colour, **style):
+    style.setdefault("marker", "." if len(t) < 20 else None)
+    return ax.plot(t, values, label=label, color=colour, **style)
+
+
+def _counts(ax, t, columns):
+    peaks = [values.max() for values in columns.values() if values.max() > 0.0]
+    if peaks and max(peaks) > 10.0 * min(peaks):  # too far apart for one linear axis
+        ax.set_yscale("symlog", linthresh=10.0, linscale=0.5)
+    for phase in Phase:
+        name = f"n_{phase.name.lower()}"
+        if name in columns:
+            _line(ax, t, columns[name], phase.name.lower(), PHASE_COLOURS[phase])
+    ax.set_ylabel("particles [-]")
+    ax.set_ylim(bottom=None if "n_liquid" in columns else 0.0)
+
+
+def _bubbles(ax, t, columns):
+    if "n_bubbles" in columns:
+        _line(ax, t, columns["n_bubbles"], "bubbles", BLUE, drawstyle="steps-post", linewidth=1.1)
+        ax.set_ylabel("bubbles [-]", color=BLUE)
+        ax.set_ylim(bottom=0.0)
+    if "bubble_radius_mean" in columns:
+        radius = 1e3 * columns["bubble_radius_mean"]
+        beside = ax.twinx() if "n_bubbles" in columns else ax
+        _line(beside, t, np.where(radius > 0.0, radius, np.nan), "mean radius", ORANGE)
+        beside.set_ylabel("mean radius [mm]", color=ORANGE)
+        beside.spines[:].set_visible(False)
+        beside.grid(False)
+        beside.set_ylim(bottom=0.0)
+
+
+def _events(ax, t, columns):
+    events = {"n_nucleated": ("nucleated", ORANGE), "n_burst": ("burst", PURPLE),
+              "n_condensed": ("condensed", BLUE), "n_vented": ("vented", GREEN)}
+    for name, (label, colour) in events.items():
+        if name in columns:
+            _line(ax, t, columns[name], label, colour)
+    ax.set_ylabel("count since start [-]")
+    ax.set_ylim(bottom=0.0)
+
+
+def _energy(ax, t, columns):
+    if "energy" in columns:
+        _line(ax, t, columns["energy"] - columns["energy"][0], "change of energy", INK)
+    if "energy_in" in columns:
+        _line(ax, t, columns["energy_in"], "in", ORANGE)
+    if "energy_out" in columns:
+        _line(ax, t, columns["energy_out"], "out", BLUE)
+    if "energy_in" in columns and "energy_out" in columns:
+        _line(ax, t, columns["energy_in"] - columns["energy_out"], "in − out", YELLOW, linestyle=(0, (3, 3)))
+    ax.set_ylabel("energy [J]")
+
+
+def _residual(ax, t, columns):
+    _line(ax, t, np.maximum(np.abs(columns["energy_residual"]), RESIDUAL_FLOOR), None, INK)
+    ax.axhline(LEDGER_LIMIT, color=PHASE_COLOURS[Phase.VAPOUR], linewidth=1.0, linestyle="--",
+               label="limit in double precision")
+    ax.set_yscale("log")
+    ax.set_ylabel("|residual| [-]")
+
+
+def _temperature(ax, t, columns):
+    for name, label, colour in (("T_max", "maximum", ORANGE), ("T_mean", "mean", INK)):
+        if name in columns:
+            _line(ax, t, columns[name] - 273.15, label, colour)
+    ax.set_ylabel("temperature [°C]")
+
+
+def _density(ax, t, columns):
+    for name, label, colour in (("density_error_max", "maximum", ORANGE), ("density_error_mean", "mean", INK)):
+        if name in columns:
+            _line(ax, t, 100.0 * columns[name], label, colour)
+    ax.set_ylabel("density error [%]")
+    ax.set_ylim(bottom=0.0)
+
+
+def _sweeps(ax, t, columns):
+    for name, label, colour in (("sweeps", "density sweeps", INK), ("heat_subcycles", "heat subcycles", ORANGE)):
+        if name in columns:
+            _line(ax, t, columns[name], label, colour, drawstyle="steps-post")
+    ax.set_ylabel("per step [-]")
+    ax.set_ylim(bottom=0.0)
+
+
+def _finish(ax, t):
+    ax.ticklabel_format(axis="x", useOffset=False)
+    if ax.get_yscale() == "linear":
+        ax.ticklabel_format(axis="y", scilimits=(-3, 5), useOffset=False)
+    if t[-1] > t[0]:
+        ax.set_xlim(t[0], t[-1])
+    handles, labels = ax.get_legend_handles_labels()
+    if len(handles) > 1 or "limit" in " ".join(labels):
+        ax.legend(handles, labels)
+
+
+#: name of a panel -> its title, its function, and the columns of which it needs at least one
+PANELS = {
+    "liquid": ("Liquid", _counts, ("n_liquid",)),
+    "phases": ("Hot liquid and vapour", _counts, ("n_superheated", "n_transition", "n_vapour")),
+    "bubbles": ("Bubbles", _bubbles, ("n_bubbles", "bubble_radius_mean")),
+    "events": ("Events", _events, ("n_nucleated", "n_burst", "n_condensed", "n_vented")),
+    "temperature": ("Temperature", _temperature, ("T_mean", "T_max")),
+    "energy": ("Energy ledger", _energy, ("energy", "energy_in", "energy_out")),
+    "residual": ("Energy ledger, residual", _residual, ("energy_residual",)),
+    "density": ("Density error", _density, ("density_error_mean", "density_error_max")),
+    "sweeps": ("Work per step", _sweeps, ("sweeps", "heat_subcycles")),
+}

@@ -1,0 +1,520 @@
+"""Pictures of particles: one scene, the frames of a run, a sheet of frames. matplotlib is imported where it draws."""
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from pysph_boiling.phases import Phase
+
+__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "render_run"]
+
+# Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
+PHASE_COLOURS = {
+    Phase.LIQUID: "#3B7EBF",
+    Phase.TRANSITION: "#F6BD27",
+    Phase.SUPERHEATED: "#EE8B3A",
+    Phase.VAPOUR: "#C1121F",
+}
+BUBBLE_COLOURS = (
+    "#CC3311", "#EE8800", "#D4B000", "#6B7A00", "#117733", "#0099A8", "#6A4C93", "#AA3377", "#E377A2", "#884411",
+)
+UNLABELLED, WALL, HEATER, INK = "#9AA0A6", "#C6CAD0", "#5A4A46", "#333A44"
+PALE = 0.55  # how far the liquid goes to white where bubbles have the colours
+
+# colour -> label of the colour bar, factor, offset, colour map, quantiles between which it runs
+SCALES = {
+    "temperature": ("temperature [°C]", 1.0, -273.15, "RdYlBu_r", (0.001, 0.999)),
+    "speed": ("speed [m/s]", 1.0, 0.0, "viridis", (0.0, 0.995)),
+    "density": ("density [kg/m³]", 1.0, 0.0, "cividis", (0.01, 0.99)),
+}
+COLOURS = ("phase", "bubble", *SCALES)
+
+# The discs that make one ball, bottom to top: diameter, shift to the light, both in diameters; lightness -1 .. 1.
+DISC = ((1.0, 0.0, -0.3), (0.84, 0.0, 0.0))
+BALL = ((1.0, 0.0, -0.55), (0.9, 0.02, -0.22), (0.72, 0.06, 0.0), (0.42, 0.13, 0.22), (0.18, 0.19, 0.6))
+
+DPI = 150
+LONGEST = 6.0  # [inch] longer side of the picture proper
+MARGINS = SimpleNamespace(left=0.75, right=1.65, bottom=0.55, top=0.45)  # [inch]
+
+
+def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y", view="slice", title=None,
+               bounds=None, limits=None):
+    """Draw the particles of one moment into a PNG; returns its path.
+
+    Discs have the size of the particles (diameter ``spacing``) whatever the axes. In 2-D every particle is drawn. In
+    3-D ``view="slice"`` shows the liquid within one spacing of the middle plane and *all* vapour in front of it, paler
+    the farther away; ``view="3d"`` shows the vessel's edges, the vapour as balls and the free surface as faint dots
+    (all the fluid if the scene has no phases).
+
+    Parameters
+    ----------
+    arrays : dict     Name -> particle array with ``x, y, z`` [m], each of shape (n,), and ``properties``; as loaded by
+        ``pysph.solver.utils.load(file)["arrays"]``. A name that holds "site" is of nucleation sites; one that holds
+        "wall", "solid", "bound" or "vessel", or an array with ``heated``, is a wall; the rest is fluid.
+    dim, spacing      2 or 3; spacing of the particles [m].
+    t : float         Time [s], printed in the title.
+    colour : str      "phase", "bubble", "temperature", "speed" or "density". None: bubble in the 3-D view, else phase;
+        speed where the scene has no such property.
+    slice_axis : str  The axis to look along in a slice: "x", "y" or "z" (3-D).
+    bounds : (2, 3)   Lower and upper corner of what is shown [m]; None: walls and fluid.
+    limits : (2,)     Ends of the colour scale, in the unit printed at it; None: from the fluid.
+
+    Errors: ``ValueError`` for an unknown view, colour or axis, a scene without fluid, and a colour whose property the
+    fluid lacks.
+    """
+    from matplotlib.figure import Figure
+
+    if view not in ("slice", "3d"):
+        raise ValueError(f"view must be 'slice' or '3d', got {view!r}")
+    if slice_axis not in ("x", "y", "z"):
+        raise ValueError(f"slice_axis must be 'x', 'y' or 'z', got {slice_axis!r}")
+    if not spacing > 0.0:
+        raise ValueError(f"spacing must be > 0 m, got {spacing} m")
+    scene = _sort_arrays(arrays)
+    view = view if dim == 3 else "2d"
+    colour = _pick_colour(scene.fluid, colour, view)
+    bounds = _bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
+    if limits is None and colour in SCALES:
+        limits = _limits(scene.fluid, colour)
+    if view == "3d":
+        bounds = _inside(scene.walls, bounds, spacing)
+    camera = _perspective(bounds) if view == "3d" else _parallel("z" if dim == 2 else slice_axis, bounds)
+
+    metric = float(np.max(bounds[1] - bounds[0])) >= 1.0
+    unit, scale = ("m", 1.0) if metric else ("mm", 1e3)
+    figure, ax = _canvas(Figure, camera.window * scale)
+    painter = SimpleNamespace(ax=ax, camera=camera, spacing=spacing, scale=scale, bounds=bounds)
+    if view == "3d":
+        _paint_3d(painter, scene, colour, limits)
+        size = " × ".join(f"{edge * scale:.3g}" for edge in np.ptp(bounds, axis=0))
+        ax.text(0.5, -0.02, f"{size} {unit}", transform=ax.transAxes, ha="center", va="top", color=INK, fontsize=9)
+        ax.set_axis_off()
+    else:
+        _paint_slice(painter, scene, colour, limits, whole=dim == 2)
+        ax.set_xlabel(f"{camera.names[0]} [{unit}]", color=INK, fontsize=9)
+        ax.set_ylabel(f"{camera.names[1]} [{unit}]", color=INK, fontsize=9)
+    _annotate(figure, ax, scene, view, colour, limits, title=title, t=t)
+    figure.savefig(path, dpi=DPI, facecolor="white")
+    return Path(path)
+
+
+def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y"):
+    """Draw a run's output files as ``frame_00000.png``, ``frame_00001.png``, ...; returns their paths.
+
+    ``output_dir`` holds the files of a PySPH run (hdf5 or npz) and, if it is one of ours, ``run.json``, whose ``dim``,
+    ``spacing`` [m] and ``scene`` are used; otherwise both are estimated from the particles. Every ``every``-th file is
+    drawn into ``out`` (default ``<output_dir>/frames``), whose older frames are deleted. View and colour scale are
+    the same in all frames: they come from the first, middle and last.
+
+    Errors: ``FileNotFoundError`` where the folder holds no output.
+    """
+    from pysph.solver.utils import get_files
+
+    files = get_files(str(output_dir))[:: int(every)]
+    if not files:
+        raise FileNotFoundError(f"no PySPH output (hdf5 or npz) in {output_dir}")
+    record = Path(output_dir) / "run.json"
+    run = json.loads(record.read_text()) if record.exists() else {}
+    samples = [_sort_arrays(_load(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
+    dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
+    spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
+    view = view or "slice"
+    colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
+    extents = np.array([_bounds(scene, spacing, dim) for scene in samples])
+    bounds = np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)])
+    limits = None
+    if colour in SCALES:
+        ends = np.array([_limits(scene.fluid, colour) for scene in samples])
+        limits = ends[:, 0].min(), ends[:, 1].max()
+
+    folder = Path(out) if out is not None else Path(output_dir) / "frames"
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("frame_[0-9][0-9][0-9][0-9][0-9].png"):
+        old.unlink()
+    paths = []
+    for number, file in enumerate(files):
+        arrays, t = _load(file)
+        paths.append(draw_scene(
+            arrays, folder / f"frame_{number:05d}.png", dim=dim, spacing=spacing, t=t, colour=colour, view=view,
+            slice_axis=slice_axis, title=str(run.get("scene", "")).replace("_", " "), bounds=bounds, limits=limits))
+    return paths
+
+
+def contact_sheet(paths, path, columns=3, count=9, width=2400):
+    """One PNG of at most ``count`` of the pictures ``paths``, evenly chosen, first and last included.
+
+    Rows are filled left to right; pictures are averaged down so that the sheet is about ``width`` pixels wide or less.
+    """
+    from matplotlib.image import imread, imsave
+
+    paths = list(paths)
+    if not paths:
+        raise ValueError("a contact sheet needs at least one picture")
+    chosen = np.unique(np.linspace(0, len(paths) - 1, min(count, len(paths))).round().astype(int))
+    pictures = [imread(paths[i])[..., :3] for i in chosen]
+    columns = min(columns, len(pictures))
+    shrink = max(1, int(np.ceil(columns * max(p.shape[1] for p in pictures) / width)))
+    pictures = [_averaged(p, shrink) for p in pictures]
+    height, breadth = max(p.shape[0] for p in pictures), max(p.shape[1] for p in pictures)
+    rows = -(-len(pictures) // columns)
+    sheet = np.ones((rows * height, columns * breadth, 3))
+    for k, picture in enumerate(pictures):
+        top, left = k // columns * height, k % columns * breadth
+        sheet[top:top + picture.shape[0], left:left + picture.shape[1]] = picture
+    imsave(path, sheet)
+    return Path(path)
+
+
+def _averaged(picture, shrink):
+    """The picture (h, w, 3) with every ``shrink`` x ``shrink`` pixels averaged; leftover rows and columns are cut."""
+    h, w = picture.shape[0] // shrink, picture.shape[1] // shrink
+    return picture[:h * shrink, :w * shrink].reshape(h, shrink, w, shrink, 3).mean(axis=(1, 3))
+
+
+def bubble_colours(labels):
+    """Colours (n, 3) of bubbles by label, shape (n,): a hash of the label, so a bubble keeps its colour over time."""
+    from pysph_boiling.particles import NO_BUBBLE
+
+    labels = np.asarray(labels).astype(np.uint64)
+    hashed = (labels * np.uint64(2654435761)) % np.uint64(2**32) >> np.uint64(16)
+    rgb = _rgb(BUBBLE_COLOURS)[(hashed % np.uint64(len(BUBBLE_COLOURS))).astype(int)]
+    rgb[labels == NO_BUBBLE] = _rgb(UNLABELLED)
+    return rgb
+
+
+# What is in the scene
+
+def _load(file):
+    """Arrays and time [s] of an output file, without the properties that it only names (they would read as zero)."""
+    from pysph.solver.utils import load
+
+    data = load(file)
+    for pa in data["arrays"].values():
+        for name in set(pa.properties) - set(pa.output_property_arrays) - {"x", "y", "z", "tag", "gid", "pid"}:
+            pa.remove_property(name)
+    return data["arrays"], float(data["solver_data"]["t"])
+
+
+def _sort_arrays(arrays):
+    """The arrays by role: lists ``fluid``, ``walls``, ``sites``; empty arrays are dropped."""
+    scene = SimpleNamespace(fluid=[], walls=[], sites=[])
+    for name, pa in arrays.items():
+        if len(pa.x) == 0:
+            continue
+        if "site" in name.lower():
+            scene.sites.append(pa)
+        elif "heated" in pa.properties or any(word in name.lower() for word in ("wall", "solid", "bound", "vessel")):
+            scene.walls.append(pa)
+        else:
+            scene.fluid.append(pa)
+    if not scene.fluid:
+        raise ValueError(f"no fluid particles to draw among the arrays {sorted(arrays)}")
+    return scene
+
+
+def _gather(group, *names):
+    """Property columns of several arrays, joined, shape (n,) for one name and (n, len(names)) for more."""
+    columns = [np.concatenate([np.asarray(getattr(pa, name)) for pa in group]) for name in names]
+    return columns[0] if len(names) == 1 else np.column_stack(columns)
+
+
+def _has(group, *names):
+    return all(name in pa.properties for pa in group for name in names)
+
+
+def _points(group):
+    return _gather(group, "x", "y", "z") if group else np.empty((0, 3))
+
+
+NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T",), "speed": ("u", "v", "w"),
+         "density": ("rho",)}
+
+
+def _pick_colour(fluid, colour, view):
+    if colour is None:
+        wanted = ("bubble", "phase", "speed") if view == "3d" else ("phase", "speed")
+        return next((c for c in wanted if _has(fluid, *NEEDS[c])), "density")
+    if colour not in COLOURS:
+        raise ValueError(f"colour must be one of {', '.join(COLOURS)}; got {colour!r}")
+    if not _has(fluid, *NEEDS[colour]):
+        raise ValueError(f"colour {colour!r} needs the properties {', '.join(NEEDS[colour])} of the fluid")
+    return colour
+
+
+def _values(fluid, colour):
+    """Scalar (n,) that the colour scale shows, in its unit."""
+    _, factor, offset, _, _ = SCALES[colour]
+    raw = np.linalg.norm(_gather(fluid, "u", "v", "w"), axis=1) if colour == "speed" else _gather(
+        fluid, NEEDS[colour][0])
+    return factor * raw + offset
+
+
+def _limits(fluid, colour):
+    low, high = np.nanquantile(_values(fluid, colour), SCALES[colour][-1])
+    return (low, high) if high > low else (low - 0.5, high + 0.5)
+
+
+def _bounds(scene, spacing, dim):
+    """Corners (2, 3) [m] of walls and fluid; a few stray particles do not widen the view."""
+    centre = _points(scene.fluid)
+    ends = np.nanquantile(centre, (0.002, 0.998), axis=0)
+    walls = _points(scene.walls)
+    if len(walls):
+        ends = np.array([np.minimum(ends[0], walls.min(axis=0)), np.maximum(ends[1], walls.max(axis=0))])
+    pad = np.full(3, 0.5 * spacing)
+    pad[dim:] = 0.0
+    return np.array([ends[0] - pad, ends[1] + pad])
+
+
+def _inside(walls, bounds, spacing):
+    """Corners (2, 3) [m] of the space between the walls: along each axis through the middle, from outside inwards, a
+    wall goes on as far as its particles follow each other."""
+    ends, middle, points = np.array(bounds), np.mean(bounds, axis=0), _points(walls)
+    for k in range(3):
+        ray = points[np.all(np.abs(np.delete(points - middle, k, axis=1)) <= spacing, axis=1), k]
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            layers = np.sort(sign * ray)
+            if len(layers) and layers[0] - sign * bounds[end, k] < spacing:
+                last = layers[np.argmax(np.append(np.diff(layers), np.inf) > 1.5 * spacing)]
+                ends[end, k] = sign * (last + 0.5 * spacing)
+    return ends
+
+
+def _guess_dim(fluid):
+    return 3 if np.ptp(_gather(fluid, "z")) > 0.0 else 2
+
+
+def _guess_spacing(fluid, dim):
+    return float(np.median(_gather(fluid, "m") / _gather(fluid, "rho"))) ** (1.0 / dim)
+
+
+# Where it is seen
+
+def _parallel(axis, bounds):
+    """Look along ``axis``: points (n, 3) -> picture (n, 2) [m], depth (n,) from -1 (far) to 1 (near), size (n,)."""
+    right, up, sign = {"x": (1, 2, 1.0), "y": (0, 2, -1.0), "z": (0, 1, 1.0)}[axis]
+    k = "xyz".index(axis)
+    middle, half = bounds.mean(axis=0)[k], max(0.5 * np.ptp(bounds[:, k]), 1e-12)
+
+    def project(points):
+        return points[:, [right, up]], sign * (points[:, k] - middle) / half, np.ones(len(points))
+
+    margin = 0.02 * np.ptp(bounds[:, [right, up]], axis=0).max() * np.array([[-1.0], [1.0]])
+    return SimpleNamespace(project=project, window=bounds[:, [right, up]] + margin, names=("xyz"[right], "xyz"[up]),
+                           axis=k, middle=middle)
+
+
+def _perspective(bounds, azimuth=-62.0, elevation=16.0, distance=3.2):
+    """Look at the box from ``distance`` diagonals away [degrees; the up axis is z]; returns as :func:`_parallel`."""
+    a, b = np.radians([azimuth, elevation])
+    toward = np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    frame = np.stack([right, np.cross(toward, right), toward])
+    middle, diagonal = bounds.mean(axis=0), float(np.linalg.norm(bounds[1] - bounds[0]))
+
+    def project(points):
+        view = (points - middle) @ frame.T
+        size = distance * diagonal / np.maximum(distance * diagonal - view[:, 2], 1e-3 * diagonal)
+        return view[:, :2] * size[:, None], 2.0 * view[:, 2] / diagonal, size
+
+    corners = project(np.array([[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i, j, k in np.ndindex(2, 2, 2)]))[0]
+    window = np.array([corners.min(axis=0), corners.max(axis=0)])
+    return SimpleNamespace(project=project, window=window + 0.02 * diagonal * np.array([[-1.0], [1.0]]))
+
+
+# Paint
+
+def _canvas(figure_class, window):
+    """Figure and axes of fixed place, with equal scales; an even number of pixels each way, as video codecs ask."""
+    span = window[1] - window[0]
+    width, height = LONGEST * span / span.max()
+    width, height = max(width, 1.0), max(height, 1.0)
+    m = MARGINS
+    pixels = np.array([m.left + width + m.right, max(m.bottom + height + m.top, 3.2)]) * DPI
+    size = 2.0 * np.ceil(pixels / 2.0) / DPI
+    figure = figure_class(figsize=size)
+    ax = figure.add_axes((m.left / size[0], m.bottom / size[1], width / size[0], height / size[1]))
+    ax.set(xlim=window[:, 0], ylim=window[:, 1], aspect="equal")
+    ax.tick_params(colors=INK, labelsize=8, length=3)
+    ax.spines[:].set(color="#B0B5BC", linewidth=0.6)
+    return figure, ax
+
+
+def _rgb(colours):
+    """Colours (n, 3), or (3,) for a single one, of names or hex codes."""
+    from matplotlib.colors import to_rgba_array
+
+    rgb = to_rgba_array(colours)[:, :3]
+    return rgb[0] if isinstance(colours, str) else rgb
+
+
+def _lighten(rgb, amount):
+    """Mix colours (n, 3) with white (amount > 0) or black (< 0); ``amount`` a number or (n,)."""
+    amount = np.asarray(amount, dtype=float)[..., None]
+    return np.clip(rgb + np.where(amount > 0.0, amount * (1.0 - rgb), amount * rgb), 0.0, 1.0)
+
+
+def _balls(painter, points, rgb, discs, *, diameter=1.0, fog=0.0, alpha=None):
+    """Paint particles (n, 3) far to near as stacks of discs; ``diameter`` in spacings, ``fog`` pales the far."""
+    from matplotlib.collections import EllipseCollection
+
+    place, depth, size = painter.camera.project(points)
+    order = np.argsort(depth, kind="stable")
+    place, depth = place[order] * painter.scale, depth[order]
+    size = size[order] * painter.spacing * painter.scale * diameter
+    rgb = _lighten(rgb[order], fog * np.clip(0.5 * (1.0 - depth), 0.0, 1.0))
+    light = np.array([-0.6, 0.8])
+    offsets = np.stack([place + shift * size[:, None] * light for _, shift, _ in discs], 1).reshape(-1, 2)
+    widths = np.stack([part * size for part, _, _ in discs], 1).ravel()
+    colours = np.stack([_lighten(rgb, lightness) for _, _, lightness in discs], 1).reshape(-1, 3)
+    painter.ax.add_collection(EllipseCollection(
+        widths, widths, np.zeros_like(widths), units="xy", offsets=offsets, offset_transform=painter.ax.transData,
+        facecolors=colours, edgecolors="none", alpha=alpha), autolim=False)
+
+
+def _colours(fluid, colour, limits):
+    """Colours (n, 3) of the fluid."""
+    from matplotlib import colormaps
+
+    if colour in SCALES:
+        share = (_values(fluid, colour) - limits[0]) / (limits[1] - limits[0])
+        return colormaps[SCALES[colour][3]](share)[:, :3]
+    phase = _gather(fluid, "phase").astype(int)
+    rgb = _rgb([PHASE_COLOURS[p] for p in Phase])[phase]
+    if colour == "bubble":
+        vapour = phase == Phase.VAPOUR
+        rgb = _lighten(rgb, PALE)
+        rgb[vapour] = bubble_colours(_gather(fluid, "bubble")[vapour])
+    return rgb
+
+
+def _vapour(fluid):
+    return _gather(fluid, "phase") == Phase.VAPOUR if _has(fluid, "phase") else np.zeros(len(_gather(fluid, "x")), bool)
+
+
+def _wall_colours(walls):
+    heated = np.concatenate([
+        np.asarray(pa.heated) > 0 if "heated" in pa.properties else np.zeros(len(pa.x), bool) for pa in walls])
+    return _rgb([WALL, HEATER])[heated.astype(int)], heated
+
+
+def _paint_sites(painter, scene, size):
+    if scene.sites:
+        place = painter.camera.project(_points(scene.sites))[0] * painter.scale
+        painter.ax.scatter(*place.T, marker="^", s=size, color="white", edgecolors="black", linewidths=0.9, zorder=5)
+
+
+def _paint_slice(painter, scene, colour, limits, whole):
+    points, rgb, vapour = _points(scene.fluid), _colours(scene.fluid, colour, limits), _vapour(scene.fluid)
+    k, middle = painter.camera.axis, painter.camera.middle
+
+    def shown(where):
+        return np.ones(len(where), bool) if whole else np.abs(where[:, k] - middle) <= painter.spacing
+
+    if scene.walls:
+        where, shade = _points(scene.walls), _wall_colours(scene.walls)[0]
+        _balls(painter, where[shown(where)], shade[shown(where)], DISC)
+    liquid = shown(points) & ~vapour
+    _balls(painter, points[liquid], rgb[liquid], DISC)
+    fog = 0.0 if whole or colour in SCALES else 0.45  # a colour that is a number must not pale
+    _balls(painter, points[vapour], rgb[vapour], DISC if whole else BALL, fog=fog)
+    _paint_sites(painter, scene, 45)
+
+
+def _paint_3d(painter, scene, colour, limits):
+    points, rgb, vapour = _points(scene.fluid), _colours(scene.fluid, colour, limits), _vapour(scene.fluid)
+    outline = _outline(scene, painter.bounds)
+    low, high = painter.bounds[:, 2]
+    _polygon(painter, outline, low, facecolor="#EEF0F3", edgecolor="#B0B5BC", linewidth=0.8)
+    if scene.walls:
+        where, (shade, heated) = _points(scene.walls), _wall_colours(scene.walls)
+        _balls(painter, where[heated], shade[heated], DISC, alpha=0.25)
+    _paint_sites(painter, scene, 60)
+    for corner in outline[:: max(1, len(outline) // 4)]:
+        edge = painter.camera.project(np.array([[*corner, low], [*corner, high]]))[0] * painter.scale
+        painter.ax.plot(*edge.T, color="#B0B5BC", linewidth=0.8)
+    _polygon(painter, outline, high, facecolor="none", edgecolor="#B0B5BC", linewidth=0.8)
+    if not _has(scene.fluid, "phase"):
+        _balls(painter, points, rgb, BALL[:3])
+        return
+    _balls(painter, points[vapour], rgb[vapour], BALL, fog=0.0 if colour in SCALES else 0.35)
+    surface = _free_surface(points[~vapour], painter.spacing)
+    water = np.tile(_rgb(PHASE_COLOURS[Phase.LIQUID]), (len(surface), 1))
+    _balls(painter, surface, water, ((1.0, 0.0, 0.0),), diameter=0.6, fog=0.3, alpha=0.35)
+
+
+def _polygon(painter, outline, height, **style):
+    from matplotlib.patches import Polygon
+
+    corners = np.column_stack([outline, np.full(len(outline), height)])
+    painter.ax.add_patch(Polygon(painter.camera.project(corners)[0] * painter.scale, **style))
+
+
+def _outline(scene, bounds):
+    """Plan (n, 2) [m] of the vessel: four corners, or a circle where no wall reaches into the corners."""
+    (x0, y0), (x1, y1) = bounds[:, :2]
+    middle, half = 0.5 * np.array([x0 + x1, y0 + y1]), 0.5 * np.array([x1 - x0, y1 - y0])
+    walls = _points(scene.walls)
+    if len(walls) and np.hypot(*(walls[:, :2] - middle).T).max() < 0.85 * np.hypot(*half):
+        angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
+        return middle + half * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def _free_surface(points, spacing):
+    """The highest of the points (n, 3) in every column of one spacing square."""
+    cells = np.floor(points[:, :2] / spacing).astype(int)
+    order = np.lexsort((points[:, 2], cells[:, 1], cells[:, 0]))
+    last = np.append(np.any(np.diff(cells[order], axis=0) != 0, axis=1), True)
+    return points[order[last]]
+
+
+def _annotate(figure, ax, scene, view, colour, limits, *, title, t):
+    """Title, legend and colour scale, in the margin at the right so that the picture never moves between frames."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    time = "" if t is None else f"t = {t:.3f} s"
+    ax.set_title("   ".join(part for part in (title, time) if part), loc="left", fontsize=10, color=INK)
+    box, inch = ax.get_position(), 1.0 / figure.get_figwidth()
+    entries = _legend_entries(scene, view, colour)
+    if entries:
+        figure.legend(handles=entries, loc="upper left", bbox_to_anchor=(box.x1 + 0.05 * inch, box.y1), frameon=False,
+                      fontsize=8, labelcolor=INK, handletextpad=0.2, borderaxespad=0.0)
+    if colour in SCALES:
+        label, _, _, name, _ = SCALES[colour]
+        bar = figure.add_axes((box.x1 + 0.15 * inch, box.y0, 0.16 * inch, 0.62 * box.height))
+        figure.colorbar(ScalarMappable(Normalize(*limits), name), cax=bar).set_label(label, color=INK, fontsize=9)
+        bar.tick_params(colors=INK, labelsize=8, length=3)
+
+
+def _legend_entries(scene, view, colour):
+    """One entry for each kind of thing that is in the picture; the numbers are those of the whole scene."""
+    from matplotlib.lines import Line2D
+
+    def dot(label, face, marker="o", **style):
+        return Line2D([], [], linestyle="", marker=marker, markersize=7, color=face, label=label,
+                      **{"markeredgewidth": 0.9, **style})
+
+    entries = []
+    if _has(scene.fluid, "phase") and colour in ("phase", "bubble"):
+        phase = _gather(scene.fluid, "phase")
+        for p in Phase:
+            count, face, style = np.count_nonzero(phase == p), PHASE_COLOURS[p], {}
+            if count == 0 or (view == "3d" and p != Phase.VAPOUR):
+                continue
+            if colour == "bubble" and p == Phase.VAPOUR:
+                face = BUBBLE_COLOURS[0]
+                style = {"fillstyle": "left", "markerfacecoloralt": BUBBLE_COLOURS[5], "markeredgewidth": 0.0}
+            elif colour == "bubble":
+                face = _lighten(_rgb(face), PALE)
+            entries.append(dot(f"{p.name.lower()} {count:,}", face, **style))
+    if view == "3d" and _has(scene.fluid, "phase"):
+        entries.append(dot("free surface", _lighten(_rgb(PHASE_COLOURS[Phase.LIQUID]), 0.5), "."))
+    if scene.walls and _wall_colours(scene.walls)[1].any():
+        entries.append(dot("heater", HEATER, "s"))
+    if scene.sites:
+        entries.append(dot("nucleation site", "white", "^", markeredgecolor="black"))
+    return entries

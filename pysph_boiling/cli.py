@@ -1,0 +1,103 @@
+"""The command ``pysph-boiling``: list and run the example scenes."""
+import argparse
+import importlib
+import os
+import pkgutil
+import sys
+
+__all__ = ["main", "scene_class", "scenes"]
+
+
+def scenes():
+    """Names of the scenes that can be run, sorted: modules of ``pysph_boiling.examples`` that define one."""
+    from pysph_boiling import examples
+
+    return sorted(info.name for info in pkgutil.iter_modules(examples.__path__) if info.name != "application")
+
+
+def scene_class(name):
+    """The application class of a scene. Raises ``ValueError`` with the known names."""
+    if name not in scenes():
+        raise ValueError(f"no scene '{name}'; there are: {', '.join(scenes())}")
+    module = importlib.import_module(f"pysph_boiling.examples.{name}")
+    from pysph.solver.application import Application
+
+    return next(value for value in vars(module).values() if isinstance(value, type)
+                and issubclass(value, Application) and value.__module__ == module.__name__)
+
+
+def openmp_arguments(arguments):
+    """``--openmp`` unless a backend was chosen or there is one core only."""
+    chosen = {"--openmp", "--no-openmp", "--opencl", "--cuda"}
+    return [] if chosen & set(arguments) or (os.cpu_count() or 1) < 2 else ["--openmp"]
+
+
+def list_scenes():
+    """Print every scene with the first line of its module."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("scene", "what it shows")
+    for name in scenes():
+        module = importlib.import_module(f"pysph_boiling.examples.{name}")
+        table.add_row(name, (module.__doc__ or "").split("\n")[0])
+    Console().print(table)
+
+
+def render(arguments):
+    """Draw the pictures of a finished run again."""
+    from pysph_boiling.analysis.rendering import contact_sheet, render_run
+
+    parser = argparse.ArgumentParser(prog="pysph-boiling render")
+    parser.add_argument("directory", help="output folder of a run")
+    parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density")
+    parser.add_argument("--view", default=None, choices=("slice", "3d"))
+    parser.add_argument("--every", type=int, default=1, help="draw every n-th output")
+    options = parser.parse_args(arguments)
+    frames = render_run(options.directory, colour=options.colour, view=options.view, every=options.every)
+    contact_sheet(frames, os.path.join(options.directory, "frames.png"))
+    print(f"{len(frames)} pictures in {os.path.join(options.directory, 'frames')}, and frames.png")
+
+
+def run(arguments):
+    """Run one scene; every further argument is the scene's own."""
+    if not arguments or arguments[0].startswith("-"):
+        raise ValueError(f"which scene? One of: {', '.join(scenes())}")
+    name, rest = arguments[0], arguments[1:]
+    app = scene_class(name)()
+    app.arg_parse.prog = f"pysph-boiling run {name}"
+    app.run(openmp_arguments(rest) + rest)
+
+
+USAGE = """usage: pysph-boiling COMMAND [options]
+
+  list                 the scenes
+  run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
+  render DIR           draw the pictures of a run again
+  --version
+"""
+
+
+def main(argv=None):
+    """Entry point; returns the exit status."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before any OpenMP runtime starts: spinning threads collapse
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
+    commands = {"list": lambda _: list_scenes(), "run": run, "render": render}
+    if command == "--version":
+        from pysph_boiling import __version__
+
+        print(__version__)
+        return 0
+    if command not in commands:
+        print(USAGE, end="")
+        return 0 if command in ("--help", "-h") else 2
+    try:
+        commands[command](rest)
+    except (ValueError, FileNotFoundError) as error:
+        print(f"pysph-boiling: {error}", file=sys.stderr)
+        return 2
+    except AssertionError as error:
+        print(f"pysph-boiling: the final check failed: {error}", file=sys.stderr)
+        return 1
+    return 0

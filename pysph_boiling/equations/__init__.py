@@ -1,0 +1,1 @@
+"""The terms of the model: one module a term, one PySPH Equation a kernel."""

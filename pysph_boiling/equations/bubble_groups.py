@@ -1,0 +1,130 @@
+"""Bubbles as connected components of vapour: labels by FastSV hooking and pointer jumping, iterated in groups.
+
+One round is four groups: :class:`BubbleSnap`, :class:`BubbleHook`, :class:`BubbleShortcut`, :class:`BubbleCheck`,
+after one :class:`BubbleStart` and before one :class:`BubbleLabel`. Parents are indices into the array; the order that
+decides which of two roots wins is that of the uids, so the label of a bubble is its smallest uid on every backend and
+for every particle order. A shuffled chain of n particles settles in about log2(n) rounds.
+"""
+from compyle.api import declare
+from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.sph.equation import Equation
+
+__all__ = ["BubbleCheck", "BubbleHook", "BubbleLabel", "BubbleShortcut", "BubbleSnap", "BubbleStart"]
+
+
+class BubbleStart(Equation):
+    """Every particle is its own parent.
+
+    Source: Zhang, Azad & Hu 2020 (FastSV), the start of their Algorithm 2; the paper, section 4.1 (union-find).
+    Reads nothing.   Writes   d_parent, d_grandparent, own index only.
+    """
+
+    def initialize(self, d_idx, d_parent, d_grandparent):
+        d_parent[d_idx] = d_idx
+        d_grandparent[d_idx] = d_idx
+
+
+class BubbleSnap(Equation):
+    """Grandparents from parents, ``gf = f[f]``.
+
+    Source: Zhang, Azad & Hu 2020.   Reads   d_parent.   Writes   d_grandparent, own index only.
+    """
+
+    def initialize(self, d_idx, d_parent, d_grandparent):
+        d_grandparent[d_idx] = d_parent[d_parent[d_idx]]
+
+
+class BubbleHook(Equation):
+    """Hook onto the smallest grandparent in reach: first the parent of the particle (stochastic), then itself.
+
+    Source: Zhang, Azad & Hu 2020, stochastic and aggressive hooking. The parent's entry may be written by several
+    threads; every value written is a valid parent, so only the number of rounds may vary, never the labels.
+
+    Parameters
+    ----------
+    radius : float   Link radius [m], > 0: vapour particles nearer than this belong together.
+
+    Reads    d_phase, s_phase, s_grandparent, d_uid, positions.   Writes   d_parent, own and parent's index.
+    Needs    BubbleSnap in an earlier group.   Errors   ValueError if radius <= 0.
+    """
+
+    def __init__(self, dest, sources, radius):
+        if not radius > 0.0:
+            raise ValueError(f"link radius must be > 0 m, got {radius} m")
+        self.radius2 = float(radius) * float(radius)
+        super().__init__(dest, sources)
+
+    def loop_all(self, d_idx, d_phase, d_parent, d_uid, d_x, d_y, d_z, s_phase, s_grandparent, s_x, s_y, s_z,
+                 NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        g = declare('int')
+        p = declare('int')
+        if d_phase[d_idx] == 3:
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] == 3:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        g = s_grandparent[s_idx]
+                        p = d_parent[d_idx]
+                        if d_uid[g] < d_uid[d_parent[p]]:
+                            d_parent[p] = g
+                        if d_uid[g] < d_uid[d_parent[d_idx]]:
+                            d_parent[d_idx] = g
+
+
+class BubbleShortcut(Equation):
+    """Pointer jumping: take the grandparent where it is smaller.
+
+    Source: Zhang, Azad & Hu 2020.   Reads   d_grandparent, d_uid.   Writes   d_parent, own index only.
+    """
+
+    def initialize(self, d_idx, d_parent, d_grandparent, d_uid):
+        if d_uid[d_grandparent[d_idx]] < d_uid[d_parent[d_idx]]:
+            d_parent[d_idx] = d_grandparent[d_idx]
+
+
+class BubbleCheck(Equation):
+    """Converged when no grandparent changed in this round.
+
+    Source: Zhang, Azad & Hu 2020.   Reads   d_parent, d_grandparent.   Writes   d_unsettled, own index only; constant
+    ``bubble_rounds`` (count) [-].
+    """
+
+    def __init__(self, dest, sources):
+        self.conv = -1.0
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_parent, d_grandparent, d_unsettled):
+        d_unsettled[d_idx] = 0
+        if d_parent[d_parent[d_idx]] != d_grandparent[d_idx]:
+            d_unsettled[d_idx] = 1
+
+    def reduce(self, dst, t, dt):
+        n = dst.get_number_of_particles(True)
+        changed = 0.0
+        if dst.gpu is not None:
+            dst.gpu.pull('unsettled')
+        if n > 0:
+            changed = parallel_reduce_array(serial_reduce_array(dst.unsettled[:n], 'sum'), 'sum')
+        dst.bubble_rounds[0] += 1.0
+        self.conv = 1.0 if changed == 0 else -1.0
+
+    def converged(self):
+        return self.conv
+
+
+class BubbleLabel(Equation):
+    """Label of each vapour particle: the uid of its root; ``NO_BUBBLE`` for all others.
+
+    Source: the paper, section 4.1.   Reads   d_parent, d_uid, d_phase.   Writes   d_bubble, own index only.
+    Needs    converged parents.
+    """
+
+    def initialize(self, d_idx, d_parent, d_uid, d_phase, d_bubble):
+        d_bubble[d_idx] = 4294967295
+        if d_phase[d_idx] == 3:
+            d_bubble[d_idx] = d_uid[d_parent[d_idx]]

@@ -1,0 +1,267 @@
+"""Position Based Fluids: the density constraint, its Lagrange multipliers and the position corrections.
+
+One sweep is two groups: ``[PBFDensity, PBFBoundaryDensity, PBFLambda]`` and ``[PBFPositionCorrection,
+PBFBoundaryCorrection, PBFMove]``, iterated as sub-groups of one parent. Masses may differ: the weights w = 1/m make
+every pair of corrections conserve momentum, ``m_i dx_i + m_j dx_j = 0``.
+"""
+from math import sqrt
+
+from compyle.api import declare
+from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.sph.equation import Equation
+
+from pysph_boiling.equations.helpers import boiling_uniform
+
+__all__ = [
+    "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFLambda", "PBFMove", "PBFPositionCorrection",
+]
+
+
+class PBFDensity(Equation):
+    r"""Summed density and the gradients of the density constraint, from fluid neighbours.
+
+    .. math::  \rho_i = \sum_j m_j W_{ij}, \qquad \nabla_i C_i = \sum_j \frac{m_j}{\rho_0} \nabla W_{ij}
+
+    Source: the paper, eq. 2; Macklin & Müller 2013, eqs. 2 and 8.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index only.
+    Errors   ValueError if rho_rest <= 0.   Limits   Summed density is low at a free surface: C is clamped later.
+    """
+
+    def __init__(self, dest, sources, rho_rest):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2):
+        d_rho[d_idx] = 0.0
+        d_gcx[d_idx] = 0.0
+        d_gcy[d_idx] = 0.0
+        d_gcz[d_idx] = 0.0
+        d_gc2[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2, s_m, WIJ, DWIJ):
+        m = s_m[s_idx]
+        g = m / self.rho_rest
+        d_rho[d_idx] += m * WIJ
+        d_gcx[d_idx] += g * DWIJ[0]
+        d_gcy[d_idx] += g * DWIJ[1]
+        d_gcz[d_idx] += g * DWIJ[2]
+        d_gc2[d_idx] += g * g / m * (DWIJ[0]*DWIJ[0] + DWIJ[1]*DWIJ[1] + DWIJ[2]*DWIJ[2])
+
+
+class PBFBoundaryDensity(Equation):
+    r"""Density and gradient from boundary particles, which do not move: they enter :math:`\nabla_i C_i` alone.
+
+    Source: Akinci et al. 2012, eq. 6, with psi_b = rho_0 V_b stored as the mass of the boundary particle.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], own index only.
+    Needs    PBFDensity before it in the same group.   Errors   ValueError if rho_rest <= 0.
+    """
+
+    def __init__(self, dest, sources, rho_rest):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, s_m, WIJ, DWIJ):
+        m = s_m[s_idx]
+        g = m / self.rho_rest
+        d_rho[d_idx] += m * WIJ
+        d_gcx[d_idx] += g * DWIJ[0]
+        d_gcy[d_idx] += g * DWIJ[1]
+        d_gcz[d_idx] += g * DWIJ[2]
+
+
+class PBFLambda(Equation):
+    r"""Lagrange multiplier of the density constraint, and the residual that ends the sweeps.
+
+    .. math::  \lambda_i = -\frac{C_i}{\sum_k w_k |\nabla_k C_i|^2 + \varepsilon},
+               \qquad C_i = \max(\rho_i/\rho_0 - 1, 0), \quad w = 1/m
+
+    Source: the paper, eq. 1; Macklin & Müller 2013, eqs. 1 and 11. Differs: C_i is clamped at 0 (free surface).
+
+    Parameters
+    ----------
+    rho_rest : float    Density that the rest lattice reads [kg/m^3], > 0.
+    eps : float         Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
+    tolerance : float   Sweeps end when the mean positive density error is below it [-], >= 0.
+
+    Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg].
+    Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
+    ``sweeps`` (count) [-].   Needs   PBFDensity in the same group.
+    Errors   ValueError if rho_rest <= 0, eps < 0 or tolerance < 0.
+    Limits   Stiffness depends on the number of sweeps; the error is that before the sweep's correction.
+    """
+
+    def __init__(self, dest, sources, rho_rest, eps, tolerance):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        if not eps >= 0.0:
+            raise ValueError(f"eps must be >= 0 1/(kg m^2), got {eps}")
+        if not tolerance >= 0.0:
+            raise ValueError(f"tolerance must be >= 0, got {tolerance}")
+        self.rho_rest = float(rho_rest)
+        self.eps = float(eps)
+        self.tolerance = float(tolerance)
+        self.conv = -1.0
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_rho, d_m, d_gcx, d_gcy, d_gcz, d_gc2, d_lmbda, d_compression):
+        C = max(d_rho[d_idx] / self.rho_rest - 1.0, 0.0)
+        own = (d_gcx[d_idx]*d_gcx[d_idx] + d_gcy[d_idx]*d_gcy[d_idx] + d_gcz[d_idx]*d_gcz[d_idx]) / d_m[d_idx]
+        d_compression[d_idx] = C
+        if C > 0.0:
+            d_lmbda[d_idx] = -C / (own + d_gc2[d_idx] + self.eps)
+        else:
+            d_lmbda[d_idx] = 0.0
+
+    def reduce(self, dst, t, dt):
+        total = 0.0
+        worst = 0.0
+        n = dst.get_number_of_particles(True)
+        if dst.gpu is not None:
+            dst.gpu.pull('compression')
+        if n > 0:
+            total = serial_reduce_array(dst.compression[:n], 'sum')
+            worst = serial_reduce_array(dst.compression[:n], 'max')
+        mean = parallel_reduce_array(total, 'sum') / max(parallel_reduce_array(float(n), 'sum'), 1.0)
+        dst.density_error[0] = mean
+        dst.density_error[1] = parallel_reduce_array(worst, 'max')
+        dst.sweeps[0] += 1.0
+        self.conv = 1.0 if mean <= self.tolerance else -1.0
+
+    def converged(self):
+        return self.conv
+
+
+class PBFPositionCorrection(Equation):
+    r"""Position correction from fluid neighbours, equal and opposite in momentum for every pair.
+
+    .. math::  \Delta x_i = \frac{w_i}{\rho_0} \sum_j (m_j \lambda_i + m_i \lambda_j) \nabla W_{ij}
+
+    Source: Macklin & Müller 2013, eq. 12, for any masses. Differs: two particles at one place have no gradient and
+    would stay together for ever; they are set apart by ``nudge`` along a direction hashed from their uids.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    nudge : float      Displacement that separates coincident particles [m], >= 0.
+    dim : int          Dimension of the scene, 2 or 3: the hashed direction stays in the plane in 2-D.
+
+    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_uid, s_uid.   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
+    Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
+    """
+
+    def __init__(self, dest, sources, rho_rest, nudge, dim):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        self.nudge = float(nudge)
+        self.depth = float(dim == 3)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_uniform]
+
+    def initialize(self, d_idx, d_dpx, d_dpy, d_dpz):
+        d_dpx[d_idx] = 0.0
+        d_dpy[d_idx] = 0.0
+        d_dpz[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m, d_uid, s_uid, RIJ, HIJ, DWIJ):
+        low = declare('unsigned int')
+        high = declare('unsigned int')
+        f = (s_m[s_idx]*d_lmbda[d_idx] + d_m[d_idx]*s_lmbda[s_idx]) / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * DWIJ[0]
+        d_dpy[d_idx] += f * DWIJ[1]
+        d_dpz[d_idx] += f * DWIJ[2]
+        if RIJ < 1e-6*HIJ:
+            if d_uid[d_idx] != s_uid[s_idx]:
+                low = d_uid[d_idx]
+                high = s_uid[s_idx]
+                f = self.nudge
+                if low > high:
+                    low = s_uid[s_idx]
+                    high = d_uid[d_idx]
+                    f = -self.nudge
+                f = f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
+                d_dpx[d_idx] += f * boiling_uniform(low, high)
+                d_dpy[d_idx] += f * boiling_uniform(high, low)
+                d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
+
+
+class PBFBoundaryCorrection(Equation):
+    r"""Position correction from boundary particles, which have no multiplier of their own.
+
+    .. math::  \Delta x_i \mathrel{+}= \frac{w_i}{\rho_0} \sum_b \psi_b \lambda_i \nabla W_{ib}
+
+    Source: Akinci et al. 2012 (psi_b); Macklin & Müller 2013, eq. 12.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    d_lmbda [kg m^2], d_m, s_m [kg].   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
+    Needs    PBFPositionCorrection before it in the same group.   Errors   ValueError if rho_rest <= 0.
+    """
+
+    def __init__(self, dest, sources, rho_rest):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, d_m, s_m, DWIJ):
+        f = s_m[s_idx] * d_lmbda[d_idx] / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * DWIJ[0]
+        d_dpy[d_idx] += f * DWIJ[1]
+        d_dpz[d_idx] += f * DWIJ[2]
+
+
+class PBFMove(Equation):
+    r"""Apply the correction: :math:`x^* \leftarrow x^* + \omega\,\Delta x`, no longer than ``longest``.
+
+    Source: the paper, Algorithm 1 line 24. Differs: a displacement limiter, which counts when it acts.
+
+    Parameters
+    ----------
+    omega : float     Under-relaxation [-], in (0, 1].
+    longest : float   Longest displacement of one sweep [m], > 0.
+
+    Reads    d_dpx, d_dpy, d_dpz [m].   Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
+    Needs    all corrections in the same group.   Errors   ValueError if omega is not in (0, 1] or longest <= 0.
+    Limits   A cut correction does not conserve momentum; ``n_limited`` of the results counts the cuts.
+    """
+
+    def __init__(self, dest, sources, omega, longest):
+        if not 0.0 < omega <= 1.0:
+            raise ValueError(f"omega must lie in (0, 1], got {omega}")
+        if not longest > 0.0:
+            raise ValueError(f"longest must be > 0 m, got {longest} m")
+        self.omega = float(omega)
+        self.longest = float(longest)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_limited):
+        f = self.omega
+        size = f * sqrt(d_dpx[d_idx]*d_dpx[d_idx] + d_dpy[d_idx]*d_dpy[d_idx] + d_dpz[d_idx]*d_dpz[d_idx])
+        if size > self.longest:
+            f = f * self.longest / size
+            d_limited[d_idx] += 1
+        d_x[d_idx] += f * d_dpx[d_idx]
+        d_y[d_idx] += f * d_dpy[d_idx]
+        d_z[d_idx] += f * d_dpz[d_idx]
+        d_sx[d_idx] += f * d_dpx[d_idx]
+        d_sy[d_idx] += f * d_dpy[d_idx]
+        d_sz[d_idx] += f * d_dpz[d_idx]

@@ -1,0 +1,310 @@
+"""Heat: conduction between particles, heaters, loss at the free surface, a volumetric source.
+
+Drop-in for any PySPH scheme: an array needs the properties ``e`` [J/kg], ``T`` [K], ``k`` [W/(m K)] and ``ae``
+[J/(kg s)], and the constant ``heat_dt`` [s], the time by which :class:`HeatUpdate` advances at each evaluation.
+Every equation adds to ``ae``; exchanges with the outside are also added up in joules, per particle, by the kernel
+that moves them, so that a ledger closes without a subtraction.
+"""
+from math import sqrt
+
+from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.sph.equation import Equation
+
+__all__ = [
+    "HeatAmbientLoss", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux", "HeatFluxWeight",
+    "HeatSource", "HeatTemperature", "HeatUpdate",
+]
+
+
+def _positive(**values):
+    for name, (value, unit) in values.items():
+        if not value > 0.0:
+            raise ValueError(f"{name} must be > 0 {unit}, got {value}")
+
+
+class HeatTemperature(Equation):
+    r"""Temperature of a single phase, :math:`T = T_0 + e/c`, and its conductivity; resets ``ae``.
+
+    Source: the paper, eq. 3, read backwards. With phases, ``PhaseTemperature`` takes its place.
+
+    Parameters
+    ----------
+    T0 : float   Temperature at e = 0 [K].
+    c : float    Specific heat capacity [J/(kg K)], > 0.
+    k : float    Thermal conductivity [W/(m K)], > 0.
+
+    Reads    d_e [J/kg].   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
+    Errors   ValueError if c <= 0 or k <= 0.
+    """
+
+    def __init__(self, dest, sources, T0, c, k):
+        _positive(c=(c, "J/(kg K)"), k=(k, "W/(m K)"))
+        self.T0 = float(T0)
+        self.c = float(c)
+        self.cond = float(k)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_e, d_T, d_k, d_ae):
+        d_T[d_idx] = self.T0 + d_e[d_idx] / self.c
+        d_k[d_idx] = self.cond
+        d_ae[d_idx] = 0.0
+
+
+class HeatConduction(Equation):
+    r"""Conduction between fluid particles, antisymmetric pair by pair.
+
+    .. math::  m_i \frac{de_i}{dt} = \sum_j V_i V_j \frac{4 k_i k_j}{k_i + k_j} (T_i - T_j)
+               \frac{x_{ij} \cdot \nabla W_{ij}}{r_{ij}^2 + 0.01 h_{ij}^2}, \qquad V = m/\rho_0
+
+    Source: Cleary & Monaghan 1999, eq. 24; the paper, eqs. 8-16. The rest volume stands for the summed one, which is
+    too large at a free surface.
+
+    Parameters
+    ----------
+    rho0 : float   Rest density [kg/m^3], > 0.
+
+    Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_ae [J/(kg s)], own index only.
+    Needs    HeatTemperature (or PhaseTemperature) in an earlier group.   Errors   ValueError if rho0 <= 0.
+    Limits   Explicit: see ``heat_dt``. Use a bell-shaped kernel (cubic spline, Wendland).
+    """
+
+    def __init__(self, dest, sources, rho0):
+        _positive(rho0=(rho0, "kg/m^3"))
+        self.rho0 = float(rho0)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_ae, d_T, s_T, d_k, s_k, s_m, XIJ, DWIJ, R2IJ, HIJ):
+        k = 4.0 * d_k[d_idx] * s_k[s_idx] / (d_k[d_idx] + s_k[s_idx])
+        f = (XIJ[0]*DWIJ[0] + XIJ[1]*DWIJ[1] + XIJ[2]*DWIJ[2]) / (R2IJ + 0.01*HIJ*HIJ)
+        d_ae[d_idx] += s_m[s_idx] / (self.rho0*self.rho0) * k * (d_T[d_idx] - s_T[s_idx]) * f
+
+
+class HeatConductionPaper(Equation):
+    r"""Conduction as the paper writes it, which is antisymmetric only where densities and conductivities are equal.
+
+    .. math::  \frac{m_i}{\rho_i}\rho_i \frac{de_i}{dt} = \frac{m_i}{\rho_i} k_i \sum_j \frac{m_j}{\rho_j}
+               \frac{4\rho_i}{\rho_i + \rho_j} (T_i - T_j) \frac{x_{ij} \cdot \nabla W_{ij}}{r_{ij}^2 + 0.01 h_{ij}^2}
+
+    Source: the paper, eq. 17 (after Gu et al.). Energy made or lost by a pair is booked, half with each particle.
+
+    Parameters
+    ----------
+    none
+
+    Reads    d_T, s_T [K], d_k, s_k [W/(m K)], d_m, s_m [kg], d_rho, s_rho [kg/m^3], constant heat_dt [s].
+    Writes   d_ae [J/(kg s)], d_q_leak [J], own index only.   Needs   HeatTemperature in an earlier group.
+    Limits   Leaks energy at every surface and every contact of phases; the leak is reported, not mended.
+    """
+
+    def loop(self, d_idx, s_idx, d_ae, d_q_leak, d_heat_dt, d_T, s_T, d_k, s_k, d_m, s_m, d_rho, s_rho,
+             XIJ, DWIJ, R2IJ, HIJ):
+        f = (XIJ[0]*DWIJ[0] + XIJ[1]*DWIJ[1] + XIJ[2]*DWIJ[2]) / (R2IJ + 0.01*HIJ*HIJ)
+        pair = d_m[d_idx]*s_m[s_idx] / (d_rho[d_idx]*s_rho[s_idx]) * 4.0 / (d_rho[d_idx] + s_rho[s_idx])
+        pair = pair * (d_T[d_idx] - s_T[s_idx]) * f
+        here = pair * d_k[d_idx] * d_rho[d_idx]
+        there = -pair * s_k[s_idx] * s_rho[s_idx]
+        d_ae[d_idx] += here / d_m[d_idx]
+        d_q_leak[d_idx] += 0.5 * (here + there) * d_heat_dt[0]
+
+
+class HeatFixedTemperature(Equation):
+    r"""Heat from wall particles held at one temperature; other wall particles are adiabatic.
+
+    .. math::  m_i \frac{de_i}{dt} \mathrel{+}= \sum_b V_i V_b\, 4 k_i (T_i - T_w)
+               \frac{x_{ib} \cdot \nabla W_{ib}}{r_{ib}^2 + 0.01 h^2}
+
+    Source: Cleary & Monaghan 1999, eq. 24, for a wall that conducts perfectly (k_w >> k_i).
+
+    Parameters
+    ----------
+    rho0 : float     Rest density [kg/m^3], > 0.
+    spacing : float  Particle spacing [m], > 0: V_b = spacing^dim.
+    dim : int        2 or 3.
+
+    Reads    d_T [K], d_k [W/(m K)], d_m [kg], s_heated, constants heater_T [K], heater_on [-], heat_dt [s].
+    Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.   Needs   HeatTemperature in an earlier group.
+    Errors   ValueError if rho0 or spacing <= 0.
+    Limits   The isothermal surface lies at the centres of the first wall layer, half a spacing behind the face.
+    """
+
+    def __init__(self, dest, sources, rho0, spacing, dim):
+        _positive(rho0=(rho0, "kg/m^3"), spacing=(spacing, "m"))
+        self.rho0 = float(rho0)
+        self.volume = float(spacing**dim)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_ae, d_q_heater, d_heat_dt, d_heater_T, d_heater_on, d_T, d_k, d_m, s_heated,
+             XIJ, DWIJ, R2IJ, HIJ):
+        if s_heated[s_idx] == 1:
+            f = (XIJ[0]*DWIJ[0] + XIJ[1]*DWIJ[1] + XIJ[2]*DWIJ[2]) / (R2IJ + 0.01*HIJ*HIJ)
+            q = self.volume / self.rho0 * 4.0*d_k[d_idx] * (d_T[d_idx] - d_heater_T[0]) * f * d_heater_on[0]
+            d_ae[d_idx] += q
+            d_q_heater[d_idx] += q * d_m[d_idx] * d_heat_dt[0]
+
+
+class HeatFluxWeight(Equation):
+    r"""Weights by which a heater's power is shared out: the kernel sum over the heater's particles in reach.
+
+    Wet and dry particles are told apart by their conductivity; the dry get heat only where nothing wet is in reach of
+    the heater, since one vapour particle on a dry spot would otherwise take the power of the whole spot.
+
+    Source: ours. A metal base spreads heat sideways, so the heated area is one patch and its power one number.
+
+    Parameters
+    ----------
+    k_wet : float   A particle with k >= k_wet is wet [W/(m K)], > 0.
+
+    Reads    d_k [W/(m K)], s_heated, constants heater_power [W], heater_on [-], heat_dt [s].
+    Writes   d_heater_wet, d_heater_dry [1/m^dim], own index only; constants heater_weight (wet sum, dry sum) and
+    energy_undelivered [J].   Needs   HeatTemperature in an earlier group.   Errors   ValueError if k_wet <= 0.
+    """
+
+    def __init__(self, dest, sources, k_wet):
+        _positive(k_wet=(k_wet, "W/(m K)"))
+        self.k_wet = float(k_wet)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_heater_wet, d_heater_dry):
+        d_heater_wet[d_idx] = 0.0
+        d_heater_dry[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_k, d_heater_wet, d_heater_dry, s_heated, WIJ):
+        if s_heated[s_idx] == 1:
+            if d_k[d_idx] >= self.k_wet:
+                d_heater_wet[d_idx] += WIJ
+            else:
+                d_heater_dry[d_idx] += WIJ
+
+    def reduce(self, dst, t, dt):
+        n = dst.get_number_of_particles(True)
+        if dst.gpu is not None:
+            dst.gpu.pull('heater_wet', 'heater_dry')
+        wet = parallel_reduce_array(serial_reduce_array(dst.heater_wet[:n], 'sum'), 'sum')
+        dry = parallel_reduce_array(serial_reduce_array(dst.heater_dry[:n], 'sum'), 'sum')
+        dst.heater_weight[0] = wet
+        dst.heater_weight[1] = dry
+        if wet <= 0.0 and dry <= 0.0:
+            dst.energy_undelivered[0] += dst.heater_power[0] * dst.heater_on[0] * dst.heat_dt[0]
+        if dst.gpu is not None:
+            dst.gpu.push('heater_weight', 'energy_undelivered')
+
+
+class HeatFlux(Equation):
+    r"""A heater of given power, delivered exactly: the shares of :class:`HeatFluxWeight` add up to one.
+
+    .. math::  m_i \frac{de_i}{dt} \mathrel{+}= P \frac{w_i}{\sum_j w_j}
+
+    Source: ours; the constant heat source of the paper's experiments (section 6).
+
+    Parameters
+    ----------
+    none
+
+    Reads    d_heater_wet, d_heater_dry, d_m [kg], constants heater_power [W], heater_on [-], heater_weight, heat_dt [s].
+    Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.   Needs   HeatFluxWeight in an earlier group.
+    """
+
+    def post_loop(self, d_idx, d_ae, d_q_heater, d_heat_dt, d_heater_wet, d_heater_dry, d_heater_power, d_heater_on,
+                  d_heater_weight, d_m):
+        q = 0.0
+        if d_heater_weight[0] > 0.0:
+            q = d_heater_power[0] * d_heater_on[0] * d_heater_wet[d_idx] / d_heater_weight[0]
+        else:
+            if d_heater_weight[1] > 0.0:
+                q = d_heater_power[0] * d_heater_on[0] * d_heater_dry[d_idx] / d_heater_weight[1]
+        d_ae[d_idx] += q / d_m[d_idx]
+        d_q_heater[d_idx] += q * d_heat_dt[0]
+
+
+class HeatAmbientLoss(Equation):
+    r"""Newton cooling of the free surface, :math:`m_i \dot e_i = -\eta A_i (T_i - T_a)`.
+
+    .. math::  A_i = a V_i \Big|\sum_j V_j \nabla W_{ij}\Big| \quad\text{where } |\sum_j V_j \nabla W_{ij}| > 0.2/\Delta x
+
+    Source: ours; the gradient of the indicator function is a surface density (as in continuum surface force models),
+    and ``factor`` a makes it exact on a flat lattice surface. Walls count as filled.
+
+    Parameters
+    ----------
+    coefficient : float   Heat transfer coefficient eta [W/(m^2 K)], >= 0.
+    T_ambient : float     Ambient temperature [K], > 0.
+    rho0 : float          Rest density [kg/m^3], > 0.
+    threshold : float     Smallest gradient that counts as a surface [1/m], > 0.
+    factor : float        Calibration a [-], > 0.
+
+    Reads    d_T [K], d_m, s_m [kg], constant heat_dt [s].   Writes   d_gsx, d_gsy, d_gsz [1/m], d_ae [J/(kg s)],
+    d_q_loss [J] (positive when heat leaves), own index only.   Errors   ValueError outside the ranges above.
+    Limits   The area of a rough surface is read to about 20 %.
+    """
+
+    def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor):
+        if not coefficient >= 0.0:
+            raise ValueError(f"heat transfer coefficient must be >= 0 W/(m^2 K), got {coefficient}")
+        _positive(T_ambient=(T_ambient, "K"), rho0=(rho0, "kg/m^3"), threshold=(threshold, "1/m"), factor=(factor, ""))
+        self.coefficient = float(coefficient)
+        self.T_ambient = float(T_ambient)
+        self.rho0 = float(rho0)
+        self.threshold = float(threshold)
+        self.factor = float(factor)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_gsx, d_gsy, d_gsz):
+        d_gsx[d_idx] = 0.0
+        d_gsy[d_idx] = 0.0
+        d_gsz[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_gsx, d_gsy, d_gsz, s_m, DWIJ):
+        V = s_m[s_idx] / self.rho0
+        d_gsx[d_idx] += V * DWIJ[0]
+        d_gsy[d_idx] += V * DWIJ[1]
+        d_gsz[d_idx] += V * DWIJ[2]
+
+    def post_loop(self, d_idx, d_gsx, d_gsy, d_gsz, d_ae, d_q_loss, d_heat_dt, d_T, d_m):
+        size = sqrt(d_gsx[d_idx]*d_gsx[d_idx] + d_gsy[d_idx]*d_gsy[d_idx] + d_gsz[d_idx]*d_gsz[d_idx])
+        if size > self.threshold:
+            area = self.factor * d_m[d_idx] / self.rho0 * size
+            q = self.coefficient * area * (d_T[d_idx] - self.T_ambient)
+            d_ae[d_idx] -= q / d_m[d_idx]
+            d_q_loss[d_idx] += q * d_heat_dt[0]
+
+
+class HeatSource(Equation):
+    r"""Uniform volumetric heating, :math:`\rho_0 \dot e = q_s`.
+
+    Source: the paper, eqs. 10-16 (the term q_s).
+
+    Parameters
+    ----------
+    density : float   Power density q_s [W/m^3], any sign.
+    rho0 : float      Rest density [kg/m^3], > 0.
+
+    Reads    d_m [kg], constant heat_dt [s].   Writes   d_ae [J/(kg s)], d_q_source [J], own index only.
+    Errors   ValueError if rho0 <= 0.
+    """
+
+    def __init__(self, dest, sources, density, rho0):
+        _positive(rho0=(rho0, "kg/m^3"))
+        self.rate = float(density) / float(rho0)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_ae, d_q_source, d_heat_dt, d_m):
+        d_ae[d_idx] += self.rate
+        d_q_source[d_idx] += self.rate * d_m[d_idx] * d_heat_dt[0]
+
+
+class HeatUpdate(Equation):
+    r"""Forward Euler step of the enthalpy, :math:`e \leftarrow e + \Delta t_h\, \dot e`, at the end of its group.
+
+    Source: ours. The time step is the constant ``heat_dt`` [s] of the array, set before each evaluation: by the
+    integrator of our schemes, by :class:`pysph_boiling.schemes.integrator.HeatClock` in any other scheme.
+
+    Parameters
+    ----------
+    none
+
+    Reads    d_ae [J/(kg s)], constant heat_dt [s].   Writes   d_e [J/kg], own index only.
+    Limits   First order in time; stable for heat_dt <= 0.1 rho c h^2 / k.
+    """
+
+    def post_loop(self, d_idx, d_e, d_ae, d_heat_dt):
+        d_e[d_idx] += d_heat_dt[0] * d_ae[d_idx]

@@ -1,0 +1,235 @@
+"""Phases: temperature by state, the kinetic condition, and every edge of the state machine.
+
+The table of edges is :data:`pysph_boiling.phases.EDGES`. One group holds all of it: the loops find the kinetic
+condition from the old states of the neighbours, and the new state is written after all loops have ended.
+The integers are those of :class:`pysph_boiling.phases.Phase`: 0 liquid, 1 transition, 2 superheated, 3 vapour.
+"""
+from compyle.api import declare
+from pysph.sph.equation import Equation
+
+from pysph_boiling.equations.helpers import boiling_temperature
+
+__all__ = [
+    "PhaseEdges", "PhaseEdgesHold", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureHold",
+    "PhaseVapourCondition",
+]
+
+
+class PhaseTemperature(Equation):
+    r"""Temperature and conductivity of each particle by its phase (``interrupt="convert"``); resets ``ae``.
+
+    Source: the paper, Table 2 and eq. 3: sensible heat moves T, latent heat does not.
+
+    Parameters
+    ----------
+    T_sat : float      Saturation temperature [K].
+    L : float          Latent heat [J/kg].
+    c_l, c_v : float   Specific heat capacity of liquid and vapour [J/(kg K)].
+    k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
+
+    Reads    d_e [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.k_l = float(k_l)
+        self.k_v = float(k_v)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def initialize(self, d_idx, d_e, d_phase, d_T, d_k, d_ae):
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v)
+        d_k[d_idx] = self.k_l
+        if d_phase[d_idx] == 3:
+            d_k[d_idx] = self.k_v
+        d_ae[d_idx] = 0.0
+
+
+class PhaseTemperatureHold(Equation):
+    r"""As :class:`PhaseTemperature`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+
+    Superheated liquid reads T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above.
+
+    Source: ours; the paper converts, which can jump by up to L/c_l = 535 K.
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v, k_l, k_v : float   As :class:`PhaseTemperature`.
+
+    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.k_l = float(k_l)
+        self.k_v = float(k_v)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def initialize(self, d_idx, d_e, d_e_lat, d_phase, d_T, d_k, d_ae):
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
+                                         self.c_v)
+        d_k[d_idx] = self.k_l
+        if d_phase[d_idx] == 3:
+            d_k[d_idx] = self.k_v
+        d_ae[d_idx] = 0.0
+
+
+class PhaseKineticReset(Equation):
+    """No site is near until a loop finds one.
+
+    Source: the paper, section 3.3.2 (kinetic condition).   Reads nothing.   Writes   d_kinetic, own index only.
+    """
+
+    def initialize(self, d_idx, d_kinetic):
+        d_kinetic[d_idx] = 0
+
+
+class PhaseVapourCondition(Equation):
+    """Kinetic condition from vapour: liquid at or above saturation within ``radius`` of a vapour particle.
+
+    Source: ours; without it a bubble cannot grow away from its site (the paper's text has sites only).
+
+    Parameters
+    ----------
+    radius : float   Kinetic radius [m], > 0; 1.0 to 1.5 spacings.
+
+    Reads    d_e [J/kg], d_phase, s_phase, positions.   Writes   d_kinetic, own index only.
+    Needs    PhaseKineticReset in the same group.   Errors   ValueError if radius <= 0.
+    """
+
+    def __init__(self, dest, sources, radius):
+        if not radius > 0.0:
+            raise ValueError(f"kinetic radius must be > 0 m, got {radius} m")
+        self.radius2 = float(radius) * float(radius)
+        super().__init__(dest, sources)
+
+    def loop_all(self, d_idx, d_e, d_phase, d_kinetic, d_x, d_y, d_z, s_phase, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        if d_phase[d_idx] != 3:
+            if d_e[d_idx] >= 0.0:
+                for i in range(N_NBRS):
+                    s_idx = NBRS[i]
+                    if s_phase[s_idx] == 3:
+                        rx = d_x[d_idx] - s_x[s_idx]
+                        ry = d_y[d_idx] - s_y[s_idx]
+                        rz = d_z[d_idx] - s_z[s_idx]
+                        if rx*rx + ry*ry + rz*rz < self.radius2:
+                            d_kinetic[d_idx] = 1
+
+
+class PhaseEdges(Equation):
+    """New state from the old one, the enthalpy and the kinetic condition (``interrupt="convert"``).
+
+    Source: the paper, section 3.3.2 and Fig. 2, with the missing edges of :data:`pysph_boiling.phases.EDGES`. Stored
+    latent heat turns into sensible heat at an interruption; ``e`` never changes.
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v : float   As :class:`PhaseTemperature`.
+
+    Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_T [K], d_vaporised, d_interrupted, own index only.
+    Needs    the kinetic condition in the same group.
+    Limits   Temperature may jump by up to L/c_l at an interruption.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def post_loop(self, d_idx, d_e, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
+        old = declare('int')
+        new = declare('int')
+        old = d_phase[d_idx]
+        new = old
+        if old != 3:
+            if d_e[d_idx] < 0.0:
+                new = 0
+            else:
+                if old == 1:
+                    if d_e[d_idx] >= self.L:
+                        new = 3
+                        d_vaporised[d_idx] += 1
+                    else:
+                        if d_kinetic[d_idx] == 0:
+                            new = 2
+                            d_interrupted[d_idx] += 1
+                else:
+                    new = 2
+                    if d_kinetic[d_idx] == 1:
+                        new = 1
+        d_phase[d_idx] = new
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v)
+
+
+class PhaseEdgesHold(Equation):
+    """As :class:`PhaseEdges`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+
+    At an interruption e_lat = e is frozen, so the temperature stays at T_sat; it is given up when the transition is
+    resumed, when the particle cools below saturation, or when it becomes vapour.
+
+    Source: ours (see :class:`PhaseTemperatureHold`).
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v : float   As :class:`PhaseTemperature`.
+
+    Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
+    only.   Needs   the kinetic condition in the same group.
+    Limits   Held heat is invisible as temperature; the column ``energy_hidden`` reports it.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def post_loop(self, d_idx, d_e, d_e_lat, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
+        old = declare('int')
+        new = declare('int')
+        old = d_phase[d_idx]
+        new = old
+        if old != 3:
+            if d_e[d_idx] < 0.0:
+                new = 0
+                d_e_lat[d_idx] = 0.0
+            else:
+                if old == 1:
+                    if d_e[d_idx] >= self.L:
+                        new = 3
+                        d_e_lat[d_idx] = 0.0
+                        d_vaporised[d_idx] += 1
+                    else:
+                        if d_kinetic[d_idx] == 0:
+                            new = 2
+                            d_e_lat[d_idx] = d_e[d_idx]
+                            d_interrupted[d_idx] += 1
+                else:
+                    new = 2
+                    if d_kinetic[d_idx] == 1:
+                        new = 1
+                        d_e_lat[d_idx] = 0.0
+        d_phase[d_idx] = new
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], new, self.T_sat, self.L, self.c_l, self.c_v)

@@ -1,0 +1,141 @@
+"""The free surface as bubbles see it: which liquid is a film, which vapour is free, and how free vapour moves.
+
+Two passes over an upward cone: liquid with nothing above it is film; vapour whose cone holds nothing but film is
+free. What then happens to a bubble (it leaves, or returns as liquid under a lid) is decided on the host after the
+step, by :class:`pysph_boiling.schemes.venting.VentingTool`.
+"""
+from math import sqrt
+
+from compyle.api import declare
+from pysph.sph.equation import Equation
+
+__all__ = ["VentingFilm", "VentingFree", "VentingRelease"]
+
+
+class VentingFilm(Equation):
+    """Liquid that is itself free surface: no particle in its upward cone.
+
+    Source: ours (a bubble under a film of liquid must be able to burst; "no liquid above" caps bubbles at 10).
+
+    Parameters
+    ----------
+    ux, uy, uz : float   Unit vector upwards [-].
+    cosine : float       Opening of the cone: z > cosine r [-], in (0, 1).
+    lowest : float       Particles lower than this above the particle do not count [m], >= 0.
+
+    Reads    d_phase, positions.   Writes   d_film (0 or 1), own index only.
+    Errors   ValueError if cosine is not in (0, 1) or lowest < 0.
+    """
+
+    def __init__(self, dest, sources, ux, uy, uz, cosine, lowest):
+        if not 0.0 < cosine < 1.0:
+            raise ValueError(f"cosine of the cone must lie in (0, 1), got {cosine}")
+        if not lowest >= 0.0:
+            raise ValueError(f"lowest height must be >= 0 m, got {lowest} m")
+        self.ux = float(ux)
+        self.uy = float(uy)
+        self.uz = float(uz)
+        self.cosine = float(cosine)
+        self.lowest = float(lowest)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_phase, d_film):
+        d_film[d_idx] = 1
+        if d_phase[d_idx] == 3:
+            d_film[d_idx] = 0
+
+    def loop_all(self, d_idx, d_film, d_h, d_x, d_y, d_z, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        if d_film[d_idx] == 1:
+            for i in range(N_NBRS):
+                if d_film[d_idx] == 1:
+                    s_idx = NBRS[i]
+                    rx = s_x[s_idx] - d_x[d_idx]
+                    ry = s_y[s_idx] - d_y[d_idx]
+                    rz = s_z[s_idx] - d_z[d_idx]
+                    up = rx*self.ux + ry*self.uy + rz*self.uz
+                    r2 = rx*rx + ry*ry + rz*rz
+                    if up > self.lowest:
+                        if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
+                            if up > self.cosine*sqrt(r2):
+                                d_film[d_idx] = 0
+
+
+class VentingFree(Equation):
+    """Steps in a row for which a vapour particle has had nothing but film in its upward cone.
+
+    Source: ours (see :class:`VentingFilm`).
+
+    Parameters
+    ----------
+    ux, uy, uz, cosine, lowest : float   As :class:`VentingFilm`.
+
+    Reads    d_phase, s_film, positions.   Writes   d_covered (0 or 1), d_free (count), own index only.
+    Needs    VentingFilm in an earlier group.   Errors   as :class:`VentingFilm`.
+    """
+
+    def __init__(self, dest, sources, ux, uy, uz, cosine, lowest):
+        if not 0.0 < cosine < 1.0:
+            raise ValueError(f"cosine of the cone must lie in (0, 1), got {cosine}")
+        if not lowest >= 0.0:
+            raise ValueError(f"lowest height must be >= 0 m, got {lowest} m")
+        self.ux = float(ux)
+        self.uy = float(uy)
+        self.uz = float(uz)
+        self.cosine = float(cosine)
+        self.lowest = float(lowest)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_phase, d_covered):
+        d_covered[d_idx] = 1
+        if d_phase[d_idx] == 3:
+            d_covered[d_idx] = 0
+
+    def loop_all(self, d_idx, d_covered, d_h, d_x, d_y, d_z, s_film, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        if d_covered[d_idx] == 0:
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_film[s_idx] == 0:
+                    rx = s_x[s_idx] - d_x[d_idx]
+                    ry = s_y[s_idx] - d_y[d_idx]
+                    rz = s_z[s_idx] - d_z[d_idx]
+                    up = rx*self.ux + ry*self.uy + rz*self.uz
+                    r2 = rx*rx + ry*ry + rz*rz
+                    if up > self.lowest:
+                        if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
+                            if up > self.cosine*sqrt(r2):
+                                d_covered[d_idx] = 1
+
+    def post_loop(self, d_idx, d_covered, d_free):
+        if d_covered[d_idx] == 1:
+            d_free[d_idx] = 0
+        else:
+            d_free[d_idx] += 1
+
+
+class VentingRelease(Equation):
+    """Free vapour falls: gravity is all that acts on it. Comes last in the force stage.
+
+    Source: ours; with buoyancy, free vapour would fly out of the pool.
+
+    Parameters
+    ----------
+    gx, gy, gz : float   Gravity [m/s^2].
+
+    Reads    d_free.   Writes   d_au, d_av, d_aw [m/s^2], own index only.   Needs   VentingFree earlier in the step.
+    """
+
+    def __init__(self, dest, sources, gx=0.0, gy=0.0, gz=0.0):
+        self.gx = float(gx)
+        self.gy = float(gy)
+        self.gz = float(gz)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_free, d_au, d_av, d_aw):
+        if d_free[d_idx] > 0:
+            d_au[d_idx] = self.gx
+            d_av[d_idx] = self.gy
+            d_aw[d_idx] = self.gz

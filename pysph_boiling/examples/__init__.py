@@ -1,0 +1,1 @@
+"""One application a scene, each runnable by name."""

@@ -1,0 +1,290 @@
+"""SceneApplication: a PySPH ``Application`` that is a case, a test and a page.
+
+A scene is a subclass with a frozen dataclass of parameters, ``make_scheme``, ``make_particles`` and ``check_final``.
+Every parameter of the scene and of every effect is a command-line option. A run leaves PySPH's own particle files,
+``results.npz``, ``run.json`` and pictures in its output folder.
+"""
+import dataclasses
+import os
+import platform
+import sys
+import warnings
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+from pysph.solver.application import Application
+from pysph.solver.tools import Tool
+
+from pysph_boiling.analysis.ledger import Ledger, write_json
+from pysph_boiling.schemes.effects import check_parameters, param
+
+__all__ = ["SceneApplication", "SceneParameters"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneParameters:
+    """Parameters every scene has. Subclasses add their own with :func:`param`."""
+
+    duration: float = param(1.0, "s", "simulated time", above=0.0)
+    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0)
+    substeps: int = param(None, "-", "steps in a frame; as many as the suggested time step needs, if not given", low=1)
+    seed: int = param(0, "-", "seed of everything random", low=0)
+
+    def __post_init__(self):
+        check_parameters(self, "scene")
+        if self.substeps is not None:
+            object.__setattr__(self, "substeps", int(self.substeps))
+
+
+class Progress(Tool):
+    """A progress bar with the time left."""
+
+    def __init__(self, solver, title):
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        self.bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.fields[now]:.3f} s"),
+                            TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(), refresh_per_second=2)
+        self.task = self.bar.add_task(title, total=solver.tf - solver.t, now=solver.t)
+        self.start = solver.t
+
+    def post_step(self, solver):
+        now = solver.t + solver.dt
+        self.bar.update(self.task, completed=now - self.start, now=now)
+
+
+class SceneApplication(Application):
+    """Base of all scenes.
+
+    Subclasses set ``Parameters`` (a :class:`SceneParameters`), ``title``, optionally ``variants`` (name -> parameters
+    that the switch ``--<name>`` sets), and override ``make_scheme(parameters)``, ``make_particles(parameters,
+    scheme)``, ``check_final()`` and, for more than the common pictures, ``draw()``.
+    """
+
+    Parameters = SceneParameters
+    title = "scene"
+    variants: dict = {}
+
+    # --- what a scene overrides ---------------------------------------------------------------------------------------
+
+    def make_scheme(self, parameters):
+        """The scheme of this scene."""
+        raise TypeError(f"{type(self).__name__} must override make_scheme")
+
+    def make_particles(self, parameters, scheme):
+        """The particle arrays of this scene, before the scheme's properties are set up."""
+        raise TypeError(f"{type(self).__name__} must override make_particles")
+
+    def start(self, arrays, parameters, scheme):
+        """Set the initial state on arrays that have all their properties."""
+
+    def facts(self):
+        """Scale factors and dimensionless numbers for the header and ``run.json``: name -> (value, unit)."""
+        return {}
+
+    def check_final(self):
+        """Assert what the scene must show; raise ``AssertionError`` with the figure that fails."""
+
+    def draw(self):
+        """Pictures of the finished run; returns the paths."""
+        from pysph_boiling.analysis.plots import plot_history
+        from pysph_boiling.analysis.rendering import contact_sheet, render_run
+
+        folder = Path(self.output_dir)
+        made = []
+        if len(self.ledger.rows):
+            plot_history(self.ledger.table(), folder / "history.png")
+            made.append(folder / "history.png")
+        frames = [] if self.options.disable_output else render_run(folder)
+        if frames:
+            contact_sheet(frames, folder / "frames.png")
+            made += [folder / "frames.png", *frames]
+        return made
+
+    # --- PySPH's Application protocol ---------------------------------------------------------------------------------
+
+    def __init__(self, fname=None, output_dir=None, domain=None):
+        super().__init__(fname=fname or type(self).__module__.rsplit(".", 1)[-1], output_dir=output_dir, domain=domain)
+
+    def initialize(self):
+        self.parameters = self.Parameters()
+        self.cache_nnps = True
+        self.ledger = None
+        self.prepared = None
+
+    def create_scheme(self):
+        return self.make_scheme(self.parameters)
+
+    def add_user_options(self, group):
+        for name in self.variants:
+            group.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
+                               help=f"the scene's '{name}' form")
+        for spec in dataclasses.fields(self.Parameters):
+            meta = spec.metadata
+            kind = type(spec.default) if isinstance(spec.default, (int, float, str)) else float
+            unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
+            group.add_argument(f"--{spec.name.replace('_', '-')}", dest=f"scene.{spec.name}", type=kind, default=None,
+                               choices=meta["choices"], metavar=None if meta["choices"] else spec.name.upper(),
+                               help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
+        group.add_argument("--results-every", dest="results_every", type=int, default=1,
+                           help="steps between two rows of results.npz")
+        group.add_argument("--no-pictures", dest="pictures", action="store_false", default=True,
+                           help="no plots and pictures at the end")
+        group.add_argument("--describe", action="store_true", default=False,
+                           help="print stages, groups and who asked for them, and stop")
+
+    def consume_user_options(self):
+        given = dict(self.variants.get(self.options.variant, {}))
+        for spec in dataclasses.fields(self.Parameters):
+            value = getattr(self.options, f"scene.{spec.name}")
+            if value is not None:
+                given[spec.name] = value
+        if self.options.final_time is not None:
+            given["duration"] = self.options.final_time
+        self.parameters = dataclasses.replace(self.Parameters(), **given)
+
+    def configure_scheme(self):
+        if self.prepared is not None:  # PySPH asks again once the output folder exists
+            return
+        options = self.options
+        if options.nnps == "sfc" and options.cache_nnps:
+            raise ValueError("--nnps sfc gives wrong neighbours when they are cached: use another one, such as ll")
+        if options.results_every < 1:
+            raise ValueError(f"--results-every must be >= 1 step, got {options.results_every}")
+        if self.num_procs > 1:
+            raise ValueError("this version runs on one MPI rank only")
+        self.scheme = self.make_scheme(self.parameters)
+        self.scheme.consume_user_options(options)
+        self.scheme.configure_solver(
+            frame=self.parameters.frame, substeps=self.parameters.substeps, tf=self.parameters.duration)
+
+    def create_particles(self):
+        particles, self.prepared = self.prepared, None
+        return particles
+
+    def _prepare(self):
+        """Make and check everything that can be wrong before a file or folder is made."""
+        self.consume_user_options()
+        self.configure_scheme()
+        particles = self.make_particles(self.parameters, self.scheme)
+        self.scheme.setup_properties(particles)
+        self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)
+        self.scheme.check(particles)
+        self.prepared = particles
+
+    def setup(self, argv=None):
+        if argv is not None:
+            self.set_args(argv)
+        self._parse_command_line(force=argv is not None)
+        if self.options.post_process is None and self.options.restart_file is None:
+            self._configure_global_config()
+            self._prepare()
+        self.options.quiet = True  # progress and messages are ours
+        super().setup(argv=None)
+
+    def _parse_command_line(self, force=False):
+        if not hasattr(self, "options") or force:
+            super()._parse_command_line(force)
+
+    def create_tools(self):
+        self.ledger = Ledger(self.scheme, every=self.options.results_every,
+                             path=None if self.options.disable_output else Path(self.output_dir) / "results.npz")
+        self.ledger.begin(self.scheme.arrays)
+        self.progress = Progress(self.solver, self.title)
+        return [*self.scheme.tools(), self.ledger, self.progress]
+
+    def run(self, argv=None):
+        """Run, write results and pictures, and check the final state."""
+        from rich.console import Console
+
+        console = Console(highlight=False)
+        self.setup(argv)
+        if self.options.describe:
+            console.print(self.scheme.describe(), markup=False)
+            return
+        self.print_header(console)
+        self.write_run_json(completed=False)
+        try:
+            with self.progress.bar:
+                self.solve()
+            completed = True
+        except KeyboardInterrupt:
+            console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written")
+            self.solver.dump_output()
+            completed = False
+        self.ledger.save()
+        self.write_run_json(completed=completed)
+        if completed:
+            self.finish(console)
+
+    def finish(self, console):
+        """Pictures, the final check, and a word on what was made and where."""
+        made = self.draw() if self.options.pictures and not self.options.disable_output else []
+        self.check_final()
+        last = self.ledger.rows[-1] if self.ledger.rows else {}
+        if "energy_residual" in last:
+            console.print(f"ledger: energy residual {last['energy_residual']:.2e}, mass residual "
+                          f"{last['mass_residual']:.2e}")
+        if not self.options.disable_output:
+            console.print(f"in {self.output_dir}: results.npz ({len(self.ledger.rows)} rows), run.json, "
+                          f"{len(self.output_files)} particle files" + (f", {len(made)} pictures" if made else ""))
+            for path in made[:2]:
+                console.print(f"  look at {path}")
+
+    def print_header(self, console):
+        """What is about to run, with all scale factors."""
+        scheme, solver = self.scheme, self.solver
+        counts = ", ".join(f"{pa.get_number_of_particles()} {pa.name}" for pa in self.particles)
+        console.print(f"[bold]{self.title}[/bold]: {counts} particles, dt = {solver.dt * 1e3:.4g} ms, "
+                      f"{int(np.ceil(self.parameters.duration / solver.dt))} steps to t = {self.parameters.duration} s")
+        console.print("effects: " + ", ".join(scheme.effects))
+        for name, (value, unit) in self.facts().items():
+            console.print(f"  {name} = {value:.4g}{'' if unit == '-' else ' ' + unit}")
+
+    def write_run_json(self, completed):
+        """Everything needed to know how a run was made (design: results contract)."""
+        if self.options.disable_output:
+            return
+        scheme = self.scheme
+        versions = {name: metadata.version(name) for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython")
+                    if _installed(name)}
+        options = self.options
+        backend = "opencl" if options.with_opencl else "cuda" if options.with_cuda else \
+            "openmp" if options.with_openmp else "cython"
+
+        def with_units(instance):
+            return {spec.name: {"value": getattr(instance, spec.name), "unit": spec.metadata["unit"]}
+                    for spec in dataclasses.fields(instance) if "unit" in spec.metadata}
+
+        write_json(Path(self.output_dir) / "run.json", {
+            "scene": type(self).__module__.rsplit(".", 1)[-1],
+            "command": " ".join([os.path.basename(sys.argv[0]), *sys.argv[1:]]),
+            "arguments": list(self.args),
+            "completed": completed,
+            "versions": {"python": platform.python_version(), **versions},
+            "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
+            "backend": backend,
+            "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
+            "threads": int(os.environ.get("OMP_NUM_THREADS", os.cpu_count())) if backend == "openmp" else 1,
+            "ranks": self.num_procs,
+            "seed": self.parameters.seed,
+            "dim": scheme.dim,
+            "spacing": scheme.spacing,
+            "dt": self.solver.dt,
+            "steps": self.solver.count,
+            "particles": {pa.name: pa.get_number_of_particles() for pa in self.particles},
+            "parameters": with_units(self.parameters),
+            "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
+                        for slot, effect in scheme.effects.items()},
+            "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},
+            "wall_time": {"unit": "s", **scheme.integrator.wall_time},
+        })
+
+
+def _installed(name):
+    try:
+        metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,65 @@
+"""Materials: the constants of a fluid at its saturation line, with units and source."""
+from dataclasses import dataclass, fields, replace
+
+__all__ = ["WATER_1ATM", "Material"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Constants of a boiling fluid at one pressure.
+
+    Parameters
+    ----------
+    T_sat, T_crit : float   Saturation and critical temperature [K], 0 < T_sat < T_crit.
+    rho_l, rho_v : float    Density of liquid and vapour at saturation [kg/m^3].
+    c_l, c_v : float        Specific heat capacity of liquid and vapour [J/(kg K)].
+    k_l, k_v : float        Thermal conductivity of liquid and vapour [W/(m K)].
+    L : float               Latent heat of vaporisation [J/kg]. Zero is refused: nothing would separate the phases.
+    sigma : float           Surface tension [N/m].
+    mu_l, mu_v : float      Dynamic viscosity [Pa s].
+    beta : float            Thermal expansion coefficient of the liquid [1/K].
+
+    Errors: ``ValueError`` naming the constant, its value and its unit. Limits: constants do not vary with temperature.
+    """
+
+    name: str
+    T_sat: float
+    T_crit: float
+    rho_l: float
+    rho_v: float
+    c_l: float
+    c_v: float
+    k_l: float
+    k_v: float
+    L: float
+    sigma: float
+    mu_l: float
+    mu_v: float
+    beta: float
+
+    UNITS = {
+        "T_sat": "K", "T_crit": "K", "rho_l": "kg/m^3", "rho_v": "kg/m^3", "c_l": "J/(kg K)", "c_v": "J/(kg K)",
+        "k_l": "W/(m K)", "k_v": "W/(m K)", "L": "J/kg", "sigma": "N/m", "mu_l": "Pa s", "mu_v": "Pa s", "beta": "1/K",
+    }
+
+    def __post_init__(self):
+        for field in fields(self):
+            if field.name == "name":
+                continue
+            value = float(getattr(self, field.name))
+            object.__setattr__(self, field.name, value)
+            if not 0.0 < value < float("inf"):
+                raise ValueError(f"{field.name} of {self.name} must be > 0 {self.UNITS[field.name]}, got {value}")
+        if self.T_sat >= self.T_crit:
+            raise ValueError(f"T_sat must be below T_crit = {self.T_crit} K, got {self.T_sat} K")
+
+    def with_(self, **changes):
+        """A copy with some constants changed."""
+        return replace(self, **changes)
+
+
+# IAPWS-IF97 saturation values at 101.325 kPa, rounded to three digits (L and T_sat to four).
+WATER_1ATM = Material(
+    name="water at 1 atm", T_sat=373.15, T_crit=647.1, rho_l=958.0, rho_v=0.597, c_l=4216.0, c_v=2030.0, k_l=0.679,
+    k_v=0.025, L=2.257e6, sigma=0.0589, mu_l=2.8e-4, mu_v=1.2e-5, beta=7.5e-4,
+)

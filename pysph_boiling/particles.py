@@ -1,0 +1,283 @@
+"""Particle arrays: the table of properties, and factories for fluid, vessels and nucleation sites.
+
+Every array is an ordinary PySPH ``ParticleArray``. ``BASE_PROPERTIES`` is what every fluid array
+carries; each effect of :mod:`pysph_boiling.schemes.effects` lists the properties it adds. Nothing else is allocated.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from pysph.base.nnps import LinkedListNNPS
+from pysph.base.utils import get_particle_array
+
+__all__ = [
+    "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
+    "cylinder_vessel", "fluid_array", "fluid_block", "lattice_density", "site_array", "sites_on_base", "wall_array",
+]
+
+NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
+
+
+@dataclass(frozen=True)
+class Property:
+    """One row of the table of properties.
+
+    ``kind`` is a PySPH type; ``state`` means: needed to restart a run; ``cumulative``: summed up since the start, so
+    that a removed particle's share must be carried on (as the constant ``carried_<name>``).
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    kind: str = "double"
+    state: bool = False
+    cumulative: bool = False
+
+
+BASE_PROPERTIES = (
+    Property("uid", "-", "identity of the particle, set once, never changed", "unsigned int", True),
+    Property("x", "m", "position; during a step the prediction x*", state=True),
+    Property("y", "m", "position", state=True),
+    Property("z", "m", "position", state=True),
+    Property("u", "m/s", "velocity", state=True),
+    Property("v", "m/s", "velocity", state=True),
+    Property("w", "m/s", "velocity", state=True),
+    Property("m", "kg", "mass (kg per metre of depth in 2-D)", state=True),
+    Property("h", "m", "smoothing length", state=True),
+    Property("rho", "kg/m^3", "summed density", state=True),
+)
+
+WALL_PROPERTIES = (
+    Property("x", "m", "position", state=True),
+    Property("y", "m", "position", state=True),
+    Property("z", "m", "position", state=True),
+    Property("m", "kg", "rest density times the Akinci volume of the boundary particle", state=True),
+    Property("h", "m", "smoothing length", state=True),
+    Property("rho", "kg/m^3", "rest density", state=True),
+    Property("heated", "-", "1 where the wall is a heater", "int", True),
+)
+
+PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every array
+
+
+def add_properties(pa, properties):
+    """Add each :class:`Property` that ``pa`` lacks; those that carry state also become output properties."""
+    for prop in properties:
+        if prop.name not in pa.properties:
+            pa.add_property(prop.name, type=prop.kind)
+    pa.add_output_arrays([prop.name for prop in properties if prop.state])
+
+
+def _check_points(name, points, spacing):
+    points = np.asarray(points, dtype=float)
+    if not np.isfinite(spacing) or spacing <= 0.0:
+        raise ValueError(f"spacing must be > 0 m, got {spacing} m")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"positions of '{name}' must have shape (n, 3), got {points.shape}")
+    if len(points) == 0:
+        raise ValueError(f"particle array '{name}' is empty: a scene needs at least one particle in it")
+    if not np.all(np.isfinite(points)):
+        raise ValueError(f"positions of '{name}' hold NaN or Inf")
+    return points
+
+
+def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
+    """A fluid array of equal particles.
+
+    ``points`` (n, 3) [m]; ``spacing`` [m]; mass rho0 spacing^dim [kg, or kg/m in 2-D]; ``uid`` = 0 .. n-1.
+    Errors: ``ValueError`` for an empty or non-finite cloud, or a spacing or density that is not positive.
+    """
+    points = _check_points(name, points, spacing)
+    if not rho0 > 0.0:
+        raise ValueError(f"rho0 must be > 0 kg/m^3, got {rho0}")
+    x, y, z = points.T
+    pa = get_particle_array(name=name, x=x, y=y, z=z, m=rho0 * spacing**dim, h=hdx * spacing, rho=rho0)
+    pa.add_property("uid", type="unsigned int", data=np.arange(len(x), dtype=np.uint32))
+    return pa
+
+
+def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitter=0.0, seed=0, inside=None):
+    """Fluid on a cubic lattice that fills the box ``lower`` .. ``upper`` [m] (2-D uses x and y).
+
+    ``jitter`` is the amplitude of a uniform random displacement in spacings; ``inside(points)`` -> bool keeps a part.
+    """
+    axes = [_lattice(lower[k], upper[k], spacing) for k in range(dim)]
+    points = np.zeros((int(np.prod([len(a) for a in axes])), 3))
+    points[:, :dim] = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, dim)
+    if inside is not None:
+        points = points[inside(points)]
+    if jitter:
+        points[:, :dim] += jitter * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, (len(points), dim))
+    return fluid_array(points, spacing=spacing, dim=dim, rho0=rho0, hdx=hdx, name=name)
+
+
+def _lattice(lower, upper, spacing):
+    if not spacing > 0.0:
+        raise ValueError(f"spacing must be > 0 m, got {spacing} m")
+    n = int(round((upper - lower) / spacing))
+    return lower + spacing * (np.arange(n) + 0.5)
+
+
+def lattice_density(kernel, *, dim, hdx):
+    """Sums over the infinite cubic lattice of unit spacing: ``sum V W`` [-] and ``sum V^2 |grad W|^2`` [1/spacing^2].
+
+    The first is what a summed density reads on the rest lattice, in units of the rest density; the second scales the
+    relaxation of the density constraint.
+    """
+    reach = int(np.ceil(kernel.radius_scale * hdx)) + 1
+    total, squares = 0.0, 0.0
+    for offset in np.ndindex(*(2 * reach + 1,) * dim):
+        r = np.array(offset, dtype=float) - reach
+        r = np.concatenate([r, np.zeros(3 - dim)])
+        distance = float(np.sqrt(r @ r))
+        total += kernel.kernel(xij=r, rij=distance, h=hdx)
+        grad = [0.0, 0.0, 0.0]
+        kernel.gradient(xij=r, rij=distance, h=hdx, grad=grad)
+        squares += float(np.dot(grad, grad))
+    return total, squares
+
+
+def akinci_volume(points, kernel, *, h, dim):
+    """Volumes 1 / sum_k W_bk [m^dim] of boundary particles (Akinci et al. 2012, eq. 4), shape (n,).
+
+    The sum runs over the boundary particles only, the particle itself included.
+    """
+    x, y, z = np.asarray(points, dtype=float).T
+    pa = get_particle_array(name="boundary", x=x, y=y, z=z, h=h)
+    nnps = LinkedListNNPS(dim=dim, particles=[pa], radius_scale=kernel.radius_scale)
+    volume = np.empty(len(x))
+    from cyarray.carray import UIntArray
+
+    found = UIntArray()
+    cache = {}
+    for b in range(len(x)):
+        nnps.get_nearest_particles(0, 0, b, found)
+        near = found.get_npy_array()
+        r = np.sqrt((x[near] - x[b]) ** 2 + (y[near] - y[b]) ** 2 + (z[near] - z[b]) ** 2)
+        total = 0.0
+        for distance in np.round(r / h, 9):  # a lattice has few distances: evaluate the kernel once for each
+            if distance not in cache:
+                cache[distance] = kernel.kernel(xij=[distance * h, 0.0, 0.0], rij=distance * h, h=h)
+            total += cache[distance]
+        volume[b] = 1.0 / total
+    return volume
+
+
+def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None):
+    """Boundary particles with Akinci volumes, calibrated on a flat wall.
+
+    Akinci volumes see only the boundary, so behind a flat face of several layers they come out too large and fluid
+    would be held off the wall. They are scaled by one factor, found from a flat wall of the same layers, so that a
+    rest lattice that touches the wall (first particle half a spacing from the face) reads the rest density.
+
+    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater.
+    """
+    points = _check_points(name, points, spacing)
+    h = hdx * spacing
+    volume = akinci_volume(points, kernel, h=h, dim=dim) * _flat_wall_factor(kernel, dim=dim, hdx=hdx)
+    x, y, z = points.T
+    pa = get_particle_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
+    pa.add_property("heated", type="int")
+    if heated is not None:
+        pa.heated[:] = np.asarray(heated, dtype=int)
+    return pa
+
+
+def _flat_wall_factor(kernel, *, dim, hdx, layers=2):
+    """Factor on the Akinci volumes for which a rest lattice beside a flat wall of ``layers`` layers is at rest."""
+    reach = int(np.ceil(kernel.radius_scale * hdx)) + 1
+    span = np.arange(-2 * reach, 2 * reach + 1)
+    grids = np.meshgrid(*[span] * (dim - 1), np.arange(layers), indexing="ij")
+    flat = np.stack(grids, -1).reshape(-1, dim).astype(float)
+    points = np.zeros((len(flat), 3))
+    points[:, :dim] = flat
+    volume = akinci_volume(points, kernel, h=hdx, dim=dim)
+    centre = np.zeros(3)
+    centre[dim - 1] = layers  # the first fluid particle, one spacing off the top layer of the wall
+    weights = np.array([
+        kernel.kernel(xij=list(centre - p), rij=float(np.linalg.norm(centre - p)), h=hdx) for p in points
+    ])
+    half_space = sum(
+        kernel.kernel(xij=[0.0] * 3, rij=float(np.linalg.norm(offset)), h=hdx)
+        for offset in (np.array(i, float) - reach for i in np.ndindex(*(2 * reach + 1,) * dim)) if offset[-1] < -0.5
+    )
+    return half_space / float(weights @ volume)
+
+
+def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):
+    """Walls of an open box around ``lower`` .. ``upper`` [m]: floor and sides, no top.
+
+    ``heated_fraction``: the middle part of the floor's first layer, by width, that is a heater.
+    """
+    lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
+    counts = np.round((upper - lower) / spacing).astype(int)
+    axes = [lower[k] + spacing * (np.arange(-layers, counts[k] + (layers if k < dim - 1 else 0)) + 0.5)
+            for k in range(dim)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, dim)
+    inside = np.all((grid > lower) & (grid < upper), axis=1)
+    points = np.zeros((int((~inside).sum()), 3))
+    points[:, :dim] = grid[~inside]
+    up = dim - 1
+    middle = 0.5 * (lower + upper)
+    near = np.abs(points[:, :up] - middle[:up]) < 0.5 * heated_fraction * (upper - lower)[:up]
+    top = (points[:, up] < lower[up]) & (points[:, up] > lower[up] - spacing)
+    heated = np.all(near, axis=1) & top
+    return wall_array(points, spacing=spacing, dim=dim, rho0=rho0, kernel=kernel, hdx=hdx, name=name, heated=heated)
+
+
+def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):
+    """Walls of an upright open cylinder (3-D): axis through the origin along z, floor at z = 0 [m].
+
+    In 2-D the section of a cylinder is a box: use :func:`box_vessel`.
+    """
+    points = []
+    for layer in range(layers):
+        ring_radius = radius + (layer + 0.5) * spacing
+        n = int(np.ceil(2.0 * np.pi * ring_radius / spacing))
+        angle = 2.0 * np.pi * np.arange(n) / n
+        for z in spacing * (np.arange(-layers, int(round(height / spacing))) + 0.5):
+            points.append(np.stack([ring_radius * np.cos(angle), ring_radius * np.sin(angle), np.full(n, z)], -1))
+    span = spacing * (np.arange(-int(radius / spacing) - 1, int(radius / spacing) + 1) + 0.5)
+    floor = np.stack(np.meshgrid(span, span, indexing="ij"), -1).reshape(-1, 2)
+    floor = floor[np.hypot(*floor.T) <= radius]
+    for layer in range(layers):
+        points.append(np.column_stack([floor, np.full(len(floor), -(layer + 0.5) * spacing)]))
+    points = np.concatenate(points)
+    heated = (points[:, 2] > -spacing) & (points[:, 2] < 0.0)
+    heated &= np.hypot(points[:, 0], points[:, 1]) < heated_fraction * radius
+    return wall_array(points, spacing=spacing, dim=3, rho0=rho0, kernel=kernel, hdx=hdx, name=name, heated=heated)
+
+
+def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
+    """Positions (count, 3) [m] of preset nucleation sites on the floor of a box, or on its heated part.
+
+    ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid); ``"random"`` draws them from
+    ``seed``, each within its own cell of that grid, so that two sites never coincide.
+    """
+    if count < 1 or int(count) != count:
+        raise ValueError(f"the number of nucleation sites must be a whole number >= 1, got {count}")
+    if pattern not in ("regular", "random"):
+        raise ValueError(f"pattern of sites must be 'regular' or 'random', got {pattern!r}")
+    lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
+    rows = 1 if dim == 2 else int(np.floor(np.sqrt(count) + 1e-9))
+    per_row = np.full(rows, count // rows)
+    per_row[: count % rows] += 1
+    cells = [((i + 0.5) / n, (row + 0.5) / rows, 1.0 / n, 1.0 / rows) for row, n in enumerate(per_row) for i in range(n)]
+    place = np.array(cells)
+    unit = place[:, :2].copy()
+    if pattern == "random":
+        unit += place[:, 2:] * np.random.default_rng(seed).uniform(-0.35, 0.35, unit.shape)
+    points = np.zeros((int(count), 3))
+    points[:, 0] = lower[0] + unit[:, 0] * (upper - lower)[0]
+    if dim == 3:
+        points[:, 1] = lower[1] + unit[:, 1] * (upper - lower)[1]
+    points[:, dim - 1] = lower[dim - 1]
+    return points
+
+
+def site_array(points, *, reach, spacing, radius_scale=2.0, name="sites"):
+    """Preset nucleation sites as a particle array; ``reach`` [m] is the largest radius at which a site acts."""
+    points = _check_points(name, points, spacing)
+    if not reach > 0.0:
+        raise ValueError(f"reach of the sites must be > 0 m, got {reach} m")
+    x, y, z = points.T
+    return get_particle_array(name=name, x=x, y=y, z=z, h=reach / radius_scale)

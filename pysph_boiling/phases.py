@@ -1,0 +1,83 @@
+"""The four states of a particle, the edges between them, and temperature as a view of enthalpy.
+
+The thermal state of a particle is its specific enthalpy ``e`` [J/kg], zero for saturated liquid. A change of phase
+never changes ``e``; it changes how ``e`` is read as a temperature. This is the dual channel of the paper (section
+3.3.2, Table 2, Fig. 2): sensible and latent heat are two readings of one conserved quantity.
+
+``EDGES`` is the one table of the state machine. The kernels of :mod:`pysph_boiling.equations.phase_change` implement
+it, the tests walk it row by row, and the figure of the state machine is drawn from it.
+"""
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+__all__ = ["EDGES", "Edge", "Phase", "enthalpy", "temperature"]
+
+
+class Phase(IntEnum):
+    """State of a particle; the integer stored in the property ``phase``."""
+
+    LIQUID = 0  #: below saturation; sensible heat
+    TRANSITION = 1  #: undergoing phase change at T_sat; latent heat
+    SUPERHEATED = 2  #: at or above saturation without a nucleation site; sensible heat
+    VAPOUR = 3  #: gas; sensible heat
+
+
+@dataclass(frozen=True)
+class Edge:
+    """One transition of the state machine.
+
+    ``enthalpy`` names the range that ``e`` must lie in ("negative", "stored" for 0 <= e < L, "full" for e >= L, or
+    "not negative"); ``kinetic`` is the kinetic condition (a nucleation site near), ``None`` where it does not matter.
+    ``by`` names the mechanism when it is not the ordinary edge test of a particle on its own.
+    """
+
+    source: Phase
+    target: Phase
+    enthalpy: str
+    kinetic: bool | None
+    meaning: str
+    by: str = "phase_change"
+
+
+EDGES = (
+    Edge(Phase.LIQUID, Phase.TRANSITION, "not negative", True, "saturation reached at a site"),
+    Edge(Phase.LIQUID, Phase.SUPERHEATED, "not negative", False, "saturation reached without a site"),
+    Edge(Phase.SUPERHEATED, Phase.TRANSITION, "not negative", True, "resumption: excess sensible heat reads as latent"),
+    Edge(Phase.TRANSITION, Phase.SUPERHEATED, "stored", False, "interruption: the site is lost"),
+    Edge(Phase.TRANSITION, Phase.LIQUID, "negative", None, "cooling below saturation"),
+    Edge(Phase.SUPERHEATED, Phase.LIQUID, "negative", None, "cooling below saturation"),
+    Edge(Phase.TRANSITION, Phase.VAPOUR, "full", None, "latent heat complete"),
+    Edge(Phase.SUPERHEATED, Phase.VAPOUR, "not negative", None, "dynamic nucleation", "nucleation"),
+    Edge(Phase.VAPOUR, Phase.LIQUID, "full", None, "condensation", "condensation"),
+)
+
+
+def temperature(e, phase, material, e_lat=0.0):
+    """Temperature [K] of particles, the NumPy twin of the kernel helper ``boiling_temperature``.
+
+    Parameters
+    ----------
+    e : array (n,)      Specific enthalpy [J/kg], 0 for saturated liquid.
+    phase : array (n,)  :class:`Phase` of each particle.
+    material : Material
+    e_lat : array (n,) or float  Latent heat frozen at an interruption [J/kg] (``interrupt="hold"``).
+    """
+    e, phase = np.asarray(e, dtype=float), np.asarray(phase)
+    excess = np.where(e < 0.0, e, np.maximum(e - e_lat, 0.0))
+    liquid = material.T_sat + excess / material.c_l
+    vapour = material.T_sat + (e - material.L) / material.c_v
+    return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, material.T_sat, liquid))
+
+
+def enthalpy(T, material):
+    """Specific enthalpy [J/kg] of liquid at temperature ``T`` [K]; above saturation it is superheated liquid.
+
+    Raises ``ValueError`` outside (0 K, critical temperature).
+    """
+    T = np.asarray(T, dtype=float)
+    if np.any(~np.isfinite(T)) or np.any(T <= 0.0) or np.any(T >= material.T_crit):
+        bad = T[~np.isfinite(T) | (T <= 0.0) | (T >= material.T_crit)].flat[0]
+        raise ValueError(f"temperature of liquid {material.name} must lie in (0, {material.T_crit}) K, got {bad} K")
+    return material.c_l * (T - material.T_sat)

@@ -1,0 +1,1 @@
+"""Schemes that order the equations, and the effects they are composed of."""

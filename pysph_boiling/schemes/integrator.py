@@ -1,0 +1,193 @@
+"""The integrator: predict, one neighbour search, the stages that the present state needs, velocity, forces.
+
+``PBFIntegrator.one_timestep`` is compiled by PySPH as it stands; what runs and how often is decided by the two
+generators it iterates over, which read the state between two stages.
+"""
+import math
+from time import perf_counter
+
+import numpy as np
+from compyle.profile import profile_ctx
+from pysph.solver.tools import Tool
+from pysph.sph.integrator import Integrator
+from pysph.sph.integrator_step import IntegratorStep
+
+from pysph_boiling.phases import Phase
+
+__all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
+
+
+def set_constant(pa, name, value):
+    """Set a constant of a particle array on the host and, where there is one, on the device."""
+    pa.constants[name].get_npy_array()[:] = value
+    if pa.gpu is not None:
+        pa.gpu.push(name)
+
+
+class PBFStep(IntegratorStep):
+    """Prediction and velocity of Position Based Fluids.
+
+    Source: Macklin & Müller 2013, Algorithm 1; the paper, Algorithm 1 lines 17, 18 and 38. The step keeps its
+    displacement rather than the old position, so that a periodic wrap or a single-precision position does not enter
+    the velocity.
+
+    Reads    d_au .. d_aw [m/s^2].   Writes   d_u .. d_w [m/s], d_x .. d_z, d_sx .. d_sz [m], own index only.
+    """
+
+    def stage1(self, d_idx, d_x, d_y, d_z, d_u, d_v, d_w, d_au, d_av, d_aw, d_sx, d_sy, d_sz, dt):
+        d_u[d_idx] += dt * d_au[d_idx]
+        d_v[d_idx] += dt * d_av[d_idx]
+        d_w[d_idx] += dt * d_aw[d_idx]
+        d_sx[d_idx] = dt * d_u[d_idx]
+        d_sy[d_idx] = dt * d_v[d_idx]
+        d_sz[d_idx] = dt * d_w[d_idx]
+        d_x[d_idx] += d_sx[d_idx]
+        d_y[d_idx] += d_sy[d_idx]
+        d_z[d_idx] += d_sz[d_idx]
+
+    def stage2(self, d_idx, d_u, d_v, d_w, d_sx, d_sy, d_sz, dt):
+        d_u[d_idx] = d_sx[d_idx] / dt
+        d_v[d_idx] = d_sy[d_idx] / dt
+        d_w[d_idx] = d_sz[d_idx] / dt
+
+
+class PBFFrozenStep(IntegratorStep):
+    """Particles that do not move: heat and phases alone.
+
+    Source: ours.   Reads nothing.   Writes nothing.
+    """
+
+    def stage1(self, d_idx, d_x):
+        d_x[d_idx] += 0.0
+
+    def stage2(self, d_idx, d_x):
+        d_x[d_idx] += 0.0
+
+
+class PBFIntegrator(Integrator):
+    """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
+
+    The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage.
+    """
+
+    def plan(self, *, stages, fluids, hook_arrays, ghosts, pairs, heat_limit=math.inf, step_limit=math.inf,
+             frozen=False):
+        """Tell the integrator what was built.
+
+        ``stages`` names in the order of the evaluators; ``fluids`` names of the fluid arrays; ``hook_arrays`` a list
+        that is filled with these arrays once the solver has them (also on a restart); ``pairs`` the (dest, source)
+        names whose neighbour lists are used; ``heat_limit`` the explicit limit of the heat step [s]; ``step_limit``
+        the largest change of enthalpy in one heat step [J/kg].
+        """
+        self.stages = {name: index for index, name in enumerate(stages)}
+        self.fluids, self.arrays, self.ghosts, self.pairs = fluids, hook_arrays, ghosts, pairs
+        self.heat_limit, self.step_limit, self.frozen = heat_limit, step_limit, frozen
+        self.heat_subcycles = 0
+        self.searched = False
+        self.wall_time = dict.fromkeys(("search", *stages), 0.0)
+
+    def set_nnps(self, nnps):
+        super().set_nnps(nnps)
+        found = {pa.name: pa for pa in nnps.particles}
+        self.arrays[:] = [found[name] for name in self.fluids]
+        self.ghosts.arrays = self.arrays
+
+    def initial_acceleration(self, t, dt):
+        """Nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
+
+    def one_timestep(self, t, dt):
+        self.stage1()
+        self.update_domain()
+        for k in self.integrator.stages_at_prediction(dt):
+            self.compute_accelerations(k, update_nnps=False)
+        self.stage2()
+        for k in self.integrator.stages_at_correction():
+            self.compute_accelerations(k, update_nnps=False)
+        self.do_post_stage(dt, 1)
+
+    def compute_accelerations(self, index=0, update_nnps=True):
+        start = perf_counter()
+        super().compute_accelerations(index, update_nnps)
+        self.wall_time[list(self.stages)[index]] += perf_counter() - start
+
+    def stages_at_prediction(self, dt):
+        """Indices of the stages to run on the predicted positions, decided as the step goes on."""
+        self.search()
+        if "heat" in self.stages:
+            self.heat_subcycles = self.count_subcycles(dt)
+            for pa in self.arrays:
+                set_constant(pa, "heat_dt", dt / self.heat_subcycles)
+            for _ in range(self.heat_subcycles):
+                yield self.stages["heat"]
+        if "phases" in self.stages and self.any_hot():
+            yield self.stages["phases"]
+        if "bubbles" in self.stages and self.any_vapour():
+            yield self.stages["bubbles"]
+        if "density" in self.stages:
+            for pa in self.arrays:
+                set_constant(pa, "sweeps", 0.0)
+            yield self.stages["density"]
+
+    def stages_at_correction(self):
+        """Indices of the stages to run on the corrected positions and the new velocities."""
+        if "forces" in self.stages:
+            self.ghosts.refresh(("u", "v", "w"))
+            yield self.stages["forces"]
+
+    def search(self):
+        """One neighbour search at x*; every list that a stage reads is built at once, from these positions."""
+        if self.frozen and self.searched:
+            return
+        start = perf_counter()
+        with profile_ctx("nnps.update"):
+            self.nnps.update()
+            if getattr(self.nnps, "cache", None) and self.arrays[0].gpu is None:
+                names = [pa.name for pa in self.nnps.particles]
+                for dest, source in self.pairs:
+                    self.nnps.set_context(names.index(source), names.index(dest))
+                    self.nnps.current_cache.find_all_neighbors()
+        self.ghosts.search_done()
+        self.searched = True
+        self.wall_time["search"] += perf_counter() - start
+
+    def count_subcycles(self, dt):
+        """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
+        fastest = max(float(np.max(np.abs(self.host(pa, "ae")), initial=0.0)) for pa in self.arrays)
+        return max(1, math.ceil(dt / self.heat_limit - 1e-9), math.ceil(fastest * dt / self.step_limit - 1e-9))
+
+    def any_hot(self):
+        """Whether any particle could change state: at or above saturation, or not plain liquid."""
+        return any(
+            bool(np.any(self.host(pa, "e") >= 0.0) or np.any(self.host(pa, "phase") != Phase.LIQUID))
+            for pa in self.arrays
+        )
+
+    def any_vapour(self):
+        """Whether there is any vapour."""
+        return any(bool(np.any(self.host(pa, "phase") == Phase.VAPOUR)) for pa in self.arrays)
+
+    @staticmethod
+    def host(pa, name):
+        """A property of the real particles on the host."""
+        if pa.gpu is not None:
+            pa.gpu.pull(name)
+        return pa.get(name, only_real_particles=True)
+
+
+class HeatClock(Tool):
+    """Sets ``heat_dt`` before each step of a scheme that is not ours, so that :class:`HeatUpdate` may be its guest.
+
+    Add it with ``app.add_tool(HeatClock(arrays))``. PySPH's initial evaluation, before the first step, then moves no
+    heat. ``evaluations`` is how often the host's integrator evaluates in a step (1 for PEC, 2 for EPEC). The explicit
+    limit is the host scheme's affair: :func:`pysph_boiling.schemes.effects.heat_step_limit` gives it.
+    """
+
+    def __init__(self, arrays, evaluations=1):
+        self.arrays, self.evaluations = list(arrays), int(evaluations)
+        for pa in self.arrays:
+            if "heat_dt" not in pa.constants:
+                pa.add_constant("heat_dt", 0.0)
+
+    def pre_step(self, solver):
+        for pa in self.arrays:
+            set_constant(pa, "heat_dt", solver.dt / self.evaluations)

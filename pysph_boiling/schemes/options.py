@@ -1,0 +1,75 @@
+"""Command-line options of a scheme, made from the parameters of its effects: one table, no option listed twice."""
+import dataclasses
+
+from pysph_boiling.schemes.effects import EFFECTS
+
+__all__ = ["add_options", "apply_options", "option_table"]
+
+
+def option_table(slots):
+    """Rows (slot, field name, flag, metadata, default) of every parameter of every effect in ``slots``."""
+    rows, seen = [], set()
+    for slot in slots:
+        for cls in EFFECTS[slot]:
+            for spec in dataclasses.fields(cls):
+                flag = f"--{slot}.{spec.name.replace('_', '-')}"
+                if "unit" in spec.metadata and flag not in seen:
+                    seen.add(flag)
+                    rows.append((slot, spec.name, flag, spec.metadata, spec.default))
+    return rows
+
+
+def _parser_type(default):
+    if isinstance(default, bool):
+        return lambda text: {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[text.lower()]
+    if isinstance(default, tuple):
+        return lambda text: tuple(float(part) for part in text.split(","))
+    if isinstance(default, str):
+        return str
+    return int if isinstance(default, int) else float
+
+
+def _help(meta, default):
+    bounds = [f"{word} {meta[key]}" for key, word in (("above", ">"), ("low", ">="), ("high", "<="))
+              if meta[key] is not None]
+    unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
+    known = "" if default is None else f"; default {default}"
+    return f"{meta['meaning']}{unit}{' (' + ', '.join(bounds) + ')' if bounds else ''}{known}".replace("%", "%%")
+
+
+def add_options(group, slots):
+    """Add to an argparse group a switch for every effect in ``slots`` and an option for every parameter.
+
+    Defaults are ``None``, so that values a scene has set survive.
+    """
+    for slot in slots:
+        titles = " or ".join(cls.title for cls in EFFECTS[slot])
+        group.add_argument(f"--{slot}", dest=f"{slot}.on", action="store_true", default=None, help=f"with {titles}")
+        group.add_argument(f"--no-{slot}", dest=f"{slot}.on", action="store_false", default=None,
+                           help=f"without {titles}")
+    for slot, name, flag, meta, default in option_table(slots):
+        group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(default), default=None,
+                           choices=meta["choices"], metavar=None if meta["choices"] else name.upper(),
+                           help=_help(meta, default))
+
+
+def apply_options(options, effects, slots):
+    """Effects after the options: switched off, switched on, or with parameters replaced. Returns a new dict."""
+    values = vars(options)
+    result = dict(effects)
+    for slot in slots:
+        given = {name: values[f"{slot}.{name}"] for cls in EFFECTS[slot] for name in
+                 (spec.name for spec in dataclasses.fields(cls)) if values.get(f"{slot}.{name}") is not None}
+        switch = values.get(f"{slot}.on")
+        if switch is False:
+            if given:
+                raise ValueError(f"--no-{slot} and --{slot}.{next(iter(given))} contradict each other")
+            result.pop(slot, None)
+        elif slot in result and given:
+            result[slot] = result[slot].replaced(**given)
+        elif slot not in result and (switch or given):
+            cls = next((cls for cls in EFFECTS[slot] if given.keys() <= {f.name for f in dataclasses.fields(cls)}), None)
+            if cls is None:
+                raise ValueError(f"no form of '{slot}' takes all of {', '.join(sorted(given))}")
+            result[slot] = cls(**given)
+    return result

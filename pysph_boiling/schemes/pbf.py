@@ -1,0 +1,263 @@
+"""PBFScheme: Position Based Fluids for PySPH, and the machinery that turns effects into a scheme."""
+import math
+import warnings
+
+import numpy as np
+from pysph.base.kernels import CubicSpline
+from pysph.solver.solver import Solver
+from pysph.sph.equation import MultiStageEquations
+from pysph.sph.scheme import Scheme
+
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties
+from pysph_boiling.schemes import options as option_module
+from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
+from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
+from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
+from pysph_boiling.schemes.stages import STAGES, build_stage
+
+__all__ = ["PBFScheme"]
+
+_DEFAULT = object()
+
+
+class PBFScheme(Scheme):
+    """Incompressible free-surface flow by Position Based Fluids (Macklin & Müller 2013).
+
+    Parameters
+    ----------
+    fluids, solids : list of str   Names of the fluid arrays and of the boundary arrays (Akinci volumes).
+    dim : int                      2 or 3. The vertical is y in 2-D and z in 3-D.
+    spacing : float                Particle spacing [m], > 0.
+    rho0 : float                   Rest density [kg/m^3], > 0.
+    gravity : three floats         [m/s^2]; 9.81 downwards if not given.
+    hdx : float                    Smoothing length over spacing [-], 1 to 2.
+    kernel : PySPH kernel          Cubic spline if not given.
+    **effects                      One effect per slot (``container=BoxContainer(...)``), or ``None`` to leave it out.
+                                   ``density=None`` gives a scene that stands still.
+
+    Errors: ``ValueError`` that names the parameter, its value, range and unit, before any array is touched.
+    Limits: one MPI rank; a fixed time step; mirror domains are not supported.
+    """
+
+    slots = ("density", "container", "viscosity")
+    material = None
+
+    def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
+                 density=_DEFAULT, **effects):
+        if dim not in (2, 3):
+            raise ValueError(f"dim must be 2 or 3, got {dim!r}")
+        for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
+            if not (np.isscalar(value) and math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be > 0 {unit}, got {value} {unit}")
+        if not 1.0 <= hdx <= 2.0:
+            raise ValueError(f"hdx (smoothing length over spacing) must lie in [1, 2], got {hdx}")
+        if not fluids:
+            raise ValueError("a scheme needs the name of at least one fluid array")
+        if gravity is None:
+            gravity = (0.0, -9.81, 0.0) if dim == 2 else (0.0, 0.0, -9.81)
+        gravity = tuple(float(component) for component in gravity)
+        if len(gravity) != 3 or not all(map(math.isfinite, gravity)):
+            raise ValueError(f"gravity must be three finite accelerations [m/s^2], got {gravity}")
+        self.spacing, self.rho0, self.hdx, self.gravity = float(spacing), float(rho0), float(hdx), gravity
+        self.kernel = kernel if kernel is not None else CubicSpline(dim=dim)
+        self.sites = list(sites)
+        self.effects = {}
+        effects["density"] = DensityConstraint() if density is _DEFAULT else density
+        self.set_effects(**effects)
+        self.ghosts, self.arrays = Ghosts(), []
+        self.dt = None
+        self.integrator = None
+        super().__init__(list(fluids), list(solids), dim)
+
+    # --- effects ------------------------------------------------------------------------------------------------------
+
+    def set_effects(self, **effects):
+        """Put effects into their slots; ``None`` empties a slot. Raises ``ValueError`` for a slot that is unknown."""
+        for slot, effect in effects.items():
+            if slot not in self.slots:
+                raise ValueError(f"{type(self).__name__} has no effect '{slot}'; it knows {', '.join(self.slots)}")
+            if effect is None:
+                self.effects.pop(slot, None)
+            elif not isinstance(effect, tuple(EFFECTS[slot])):
+                known = " or ".join(cls.__name__ for cls in EFFECTS[slot])
+                raise ValueError(f"effect '{slot}' must be {known} or None, got {effect!r}")
+            else:
+                self.effects[slot] = effect
+        self.effects = {slot: self.effects[slot] for slot in self.slots if slot in self.effects}
+
+    def scene(self):
+        """The :class:`Scene` that effects see. Raises ``ValueError`` if an effect lacks one that it requires."""
+        for slot, effect in self.effects.items():
+            for needed in effect.requires:
+                if needed not in self.effects:
+                    cls = EFFECTS[needed][0].__name__
+                    raise ValueError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}': pass "
+                                     f"{needed}={cls}(...) to the scheme, or leave '{slot}' out")
+        return Scene(
+            fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
+            spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
+            material=self.material, gravity=self.gravity, effects=self.effects)
+
+    def terms(self):
+        """Every :class:`Term` of the scheme, with its owner, in the order in which terms stand in their groups."""
+        scene = self.scene()
+        return [term._replace(owner=slot) for fluid in self.fluids for slot, effect in self.effects.items()
+                for term in effect.terms(scene, fluid)]
+
+    def gather(self, what):
+        """Concatenate ``effect.<what>(scene)`` over the effects: properties, flows or columns."""
+        scene = self.scene()
+        return [row for effect in self.effects.values() for row in getattr(effect, what)(scene)]
+
+    # --- PySPH's Scheme protocol --------------------------------------------------------------------------------------
+
+    def add_user_options(self, group):
+        option_module.add_options(group, self.slots)
+
+    def consume_user_options(self, options):
+        self.effects = option_module.apply_options(options, self.effects, self.slots)
+        self.set_effects()
+
+    def time_step(self, share=0.07):
+        """Suggested time step [s]: ``share`` of t* = sqrt(spacing/|g|)."""
+        fall_time = self.scene().fall_time
+        if math.isinf(fall_time):
+            raise ValueError("without gravity there is no natural time step: give dt [s]")
+        return share * fall_time
+
+    def configure_solver(self, kernel=None, integrator_cls=None, extra_steppers=None, *, frame=None, substeps=None,
+                         dt=None, **kw):
+        """Make the solver.
+
+        ``frame`` is the time between two outputs [s], divided into ``substeps`` steps (as many as the suggested time
+        step needs, if not given). Alternatively ``dt`` [s] alone. Further keywords go to PySPH's ``Solver``.
+        """
+        if kernel is not None:
+            self.kernel = kernel
+        if dt is None and frame is None:
+            dt = self.time_step()
+        if dt is None:
+            if substeps is None:
+                substeps = max(1, math.ceil(frame / self.time_step()))
+            if not (frame > 0.0 and substeps >= 1):
+                raise ValueError(f"frame must be > 0 s and substeps >= 1, got {frame} s and {substeps}")
+            dt = frame / substeps
+            kw.setdefault("pfreq", int(substeps))
+        if not (math.isfinite(dt) and dt > 0.0):
+            raise ValueError(f"time step must be > 0 s, got {dt} s")
+        self.dt = dt
+        step = PBFStep if "density" in self.effects else PBFFrozenStep
+        steppers = {name: step() for name in self.fluids}
+        steppers.update(extra_steppers or {})
+        self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
+        self.solver = Solver(kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+
+    def get_equations(self):
+        scene, terms = self.scene(), self.terms()
+        limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
+        if "density" in self.effects:
+            limits["sweeps"] = (self.effects["density"].min_sweeps, self.effects["density"].max_sweeps)
+        effect_hooks = [effect.hooks(scene) for effect in self.effects.values()]
+
+        def hooks(place, spec):
+            if spec.refresh:
+                yield GhostRefresh(self.ghosts, spec.refresh)
+            for table in effect_hooks:
+                if place in table:
+                    yield lambda hook=table[place]: hook(self.arrays)
+
+        built = {stage.name: build_stage(stage, terms, limits=limits, hooks=hooks) for stage in STAGES}
+        built = {name: groups for name, groups in built.items() if groups}
+        pairs = sorted({(equation.dest, source) for _, equation, _ in terms for source in equation.sources or ()})
+        heat_limit = step_limit = math.inf
+        if "heat" in self.effects:
+            heat_limit = self.effects["heat"].step_limit(scene)
+            step_limit = self.effects["heat"].subcycle_share * self.material.L
+        if self.integrator is None:
+            raise RuntimeError("call configure_solver before get_equations")
+        if hasattr(self.integrator, "plan"):
+            self.integrator.plan(
+                stages=list(built), fluids=list(self.fluids), hook_arrays=self.arrays, ghosts=self.ghosts, pairs=pairs,
+                heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects)
+        for effect in self.effects.values():
+            for sentence in effect.warnings(scene, self.dt):
+                warnings.warn(sentence, stacklevel=2)
+        return MultiStageEquations(list(built.values()))
+
+    def setup_properties(self, particles, clean=True):
+        """Give every array exactly the properties and constants that the effects ask for, and check the scene."""
+        arrays = {pa.name: pa for pa in particles}
+        scene = self.scene()
+        for name in [*self.fluids, *self.solids, *self.sites]:
+            if name not in arrays:
+                raise ValueError(f"the scheme names the particle array '{name}', but the scene has {sorted(arrays)}")
+            if arrays[name].get_number_of_particles() == 0:
+                raise ValueError(f"particle array '{name}' is empty: a scene needs at least one particle in it")
+        fluid_rows = [*BASE_PROPERTIES, *self.gather("properties")]
+        for name in self.fluids:
+            pa = arrays[name]
+            self._give(pa, fluid_rows, clean)
+            if len(np.unique(pa.uid)) != len(pa.uid):
+                pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
+            constants = {key: value for effect in self.effects.values() for key, value in effect.constants(scene).items()}
+            if any(effect.removes_particles for effect in self.effects.values()):
+                constants.update((f"carried_{row.name}", 0.0) for row in fluid_rows if row.cumulative)
+            for constant, value in constants.items():
+                if constant not in pa.constants:
+                    pa.add_constant(constant, value)
+        for name in self.solids:
+            self._give(arrays[name], WALL_PROPERTIES, clean)
+        for name in self.sites:
+            self._give(arrays[name], [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h")], clean)
+        self.check(particles)
+        for effect in self.effects.values():
+            effect.prepare(scene, arrays)
+
+    def check(self, particles):
+        """Check arrays against the scheme; raises ``ValueError`` before anything is written."""
+        arrays = {pa.name: pa for pa in particles}
+        scene = self.scene()
+        for name in self.fluids:
+            pa = arrays[name]
+            for prop in ("x", "y", "z", "u", "v", "w", "m", "h"):
+                if not np.all(np.isfinite(pa.get(prop))):
+                    raise ValueError(f"property '{prop}' of '{name}' holds NaN or Inf")
+            if np.any(pa.m <= 0.0) or np.any(pa.h <= 0.0):
+                raise ValueError(f"masses [kg] and smoothing lengths [m] of '{name}' must be > 0")
+        for effect in self.effects.values():
+            effect.check(scene, arrays)
+
+    @staticmethod
+    def _give(pa, rows, clean):
+        names = {row.name for row in rows}
+        if clean:
+            for name in set(pa.properties) - names - set(PYSPH_PROPERTIES):
+                pa.remove_property(name)
+        add_properties(pa, rows)
+        pa.set_output_arrays([row.name for row in rows if row.state] + ["gid", "pid", "tag"])
+
+    # --- what was built -----------------------------------------------------------------------------------------------
+
+    def tools(self):
+        """PySPH tools of the effects, in the order in which they must act after a step."""
+        return [tool for effect in self.effects.values() for tool in effect.tools(self)]
+
+    def describe(self):
+        """Text: stages, groups, and which effect asked for each equation."""
+        lines = [f"{type(self).__name__}: {', '.join(f'{slot}={effect!r}' for slot, effect in self.effects.items())}"]
+        terms = self.terms()
+        for stage in STAGES:
+            if not any(term.place.startswith(f"{stage.name}.") for term in terms):
+                continue
+            lines.append(f"stage {stage.name} ({stage.when})")
+            for block in stage.blocks:
+                for spec in block.groups:
+                    here = [term for term in terms if term.place == f"{stage.name}.{spec.name}"]
+                    if here:
+                        lines.append(f"  {'*' if block.iterate else '-'} {spec.name}: {spec.meaning}")
+                    for term in here:
+                        sources = ", ".join(term.equation.sources or ()) or "itself"
+                        lines.append(f"      {type(term.equation).__name__:<26} {term.equation.dest} <- {sources:<14} "
+                                     f"for {term.owner}")
+        lines.append("groups marked * repeat until converged")
+        return "\n".join(lines)

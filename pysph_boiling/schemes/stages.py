@@ -1,0 +1,118 @@
+"""The order of a step: stages, their groups, and how the terms of the effects fall into place.
+
+``STAGES`` reads like Algorithm 1 of the paper with its loop rotated so that one neighbour search serves it. An effect
+says only to which group a term belongs; the table gives the order. A stage without terms is not built.
+"""
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pysph.sph.equation import Equation, Group
+
+__all__ = ["STAGES", "Block", "GroupSpec", "Stage", "Term", "build_stage"]
+
+
+class Term(NamedTuple):
+    """An equation and the group it belongs to, written ``"stage.group"``; ``owner`` is filled in by the scheme."""
+
+    place: str
+    equation: Equation
+    owner: str = ""
+
+
+@dataclass(frozen=True)
+class GroupSpec:
+    """A group: equations that share one neighbour sweep. ``refresh`` names what ghosts need once it has run."""
+
+    name: str
+    meaning: str
+    refresh: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Block:
+    """Groups that run in order; ``iterate`` names the pair of limits (min, max) if they repeat until converged."""
+
+    groups: tuple[GroupSpec, ...]
+    iterate: str | None = None
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One evaluator, that is one compiled module. ``when`` says on which condition a step runs it."""
+
+    name: str
+    when: str
+    blocks: tuple[Block, ...]
+
+
+STAGES = (
+    Stage("heat", "n_sub times", (
+        Block((
+            GroupSpec("temperature", "temperature and conductivity from enthalpy", ("T", "k")),
+            GroupSpec("weights", "shares of the heater's power"),
+            GroupSpec("exchange", "conduction, heater, loss, source"),
+            GroupSpec("update", "forward Euler step of the enthalpy", ("e",)),
+        )),
+    )),
+    Stage("phases", "some liquid at or above saturation", (
+        Block((GroupSpec("edges", "kinetic condition and state machine", ("phase", "T")),)),
+    )),
+    Stage("bubbles", "some vapour", (
+        Block((GroupSpec("start", "every particle its own parent", ("grandparent",)),)),
+        Block((
+            GroupSpec("snap", "grandparents", ("grandparent",)),
+            GroupSpec("hook", "hook onto the smallest label in reach"),
+            GroupSpec("shortcut", "pointer jumping"),
+            GroupSpec("check", "converged?"),
+        ), iterate="label_rounds"),
+        Block((
+            GroupSpec("label", "labels", ("bubble",)),
+            GroupSpec("film", "liquid that is itself free surface", ("film",)),
+            GroupSpec("free", "vapour under nothing but film"),
+        )),
+    )),
+    Stage("density", "always", (
+        Block((
+            GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
+            GroupSpec("correction", "position correction, containers", ("x", "y", "z")),
+        ), iterate="sweeps"),
+    )),
+    Stage("forces", "always", (
+        Block((
+            GroupSpec("sum", "every acceleration of the next prediction"),
+            GroupSpec("release", "free vapour falls"),
+        )),
+    )),
+)
+
+
+class Hooks(list):
+    """What runs on the host after a group, in order."""
+
+    def __call__(self):
+        for hook in self:
+            hook()
+
+
+def build_stage(stage, terms, *, limits, hooks):
+    """PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
+
+    ``limits`` maps the name of an iterated block to (min, max); ``hooks(place, spec)`` lists what runs on the host
+    after a group. Groups are named, since PySPH writes the names into the generated source, whose text is the key of
+    its cache. Only parents iterate and only sub-groups have hooks: PySPH compiles nothing else on every backend.
+    """
+    blocks = []
+    for number, block in enumerate(stage.blocks):
+        groups = []
+        for spec in block.groups:
+            equations = [term.equation for term in terms if term.place == f"{stage.name}.{spec.name}"]
+            if equations:
+                place = f"{stage.name}.{spec.name}"
+                groups.append(Group(equations, name=place.replace(".", "_"), post=Hooks(hooks(place, spec)) or None))
+        if groups:
+            options = {}
+            if block.iterate:
+                low, high = limits[block.iterate]
+                options = dict(iterate=True, min_iterations=low, max_iterations=high)
+            blocks.append(Group(groups, name=f"{stage.name}{number}", **options))
+    return blocks or None

@@ -1,0 +1,35 @@
+"""Metadata of pysph_boiling; the version is read from the package without importing it."""
+import re
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+HERE = Path(__file__).parent
+INIT = (HERE / "pysph_boiling" / "__init__.py").read_text(encoding="utf-8")
+
+setup(
+    name="pysph_boiling",
+    version=re.search(r'^__version__ = "(.+)"', INIT, re.M).group(1),
+    description="Boiling with Position Based Fluids: a plugin for PySPH",
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="The pysph_boiling developers",
+    license="BSD-3-Clause",
+    keywords="boiling, bubbles, phase change, particles, SPH, PBF, PySPH",
+    packages=find_packages(include=["pysph_boiling*"]),
+    python_requires=">=3.10",
+    install_requires=["pysph", "cyarray", "numpy", "h5py", "rich", "matplotlib"],
+    extras_require={
+        "test": ["pytest", "scipy", "hypothesis"],
+        "mpi": ["mpi4py", "pyzoltan"],
+        "opencl": ["pyopencl", "numpy<2.4"],  # numpy 2.4 breaks PySPH's device helper
+        "view": ["pyvista", "pysplashsurf", "imageio"],
+        "docs": ["sphinx"],
+    },
+    entry_points={"console_scripts": ["pysph-boiling = pysph_boiling.cli:main"]},
+    classifiers=[
+        "Intended Audience :: Science/Research",
+        "Programming Language :: Python :: 3",
+        "Topic :: Scientific/Engineering :: Physics",
+    ],
+)
