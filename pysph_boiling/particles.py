@@ -280,4 +280,4 @@ def site_array(points, *, reach, spacing, radius_scale=2.0, name="sites"):
     if not reach > 0.0:
         raise ValueError(f"reach of the sites must be > 0 m, got {reach} m")
     x, y, z = points.T
-    return get_particle_array(name=name, x=x, y=y, z=z, h=reach / radius_scale)
+    return get_particle_array(name=name, x=x, y=y, z=z, h=reach / radius_scale, m=1.0)  # PySPH wants a mass; unused

@@ -122,6 +122,8 @@ def _energy(ax, t, columns):
         _line(ax, t, columns["energy_out"], "out", BLUE)
     if "energy_in" in columns and "energy_out" in columns:
         _line(ax, t, columns["energy_in"] - columns["energy_out"], "in − out", YELLOW, linestyle=(0, (3, 3)))
+    if np.any(columns.get("energy_model_leak", 0.0)):
+        _line(ax, t, columns["energy_model_leak"], "leak of the model", PURPLE)
     ax.set_ylabel("energy [J]")
 
 
@@ -174,7 +176,7 @@ PANELS = {
     "bubbles": ("Bubbles", _bubbles, ("n_bubbles", "bubble_radius_mean")),
     "events": ("Events", _events, ("n_nucleated", "n_burst", "n_condensed", "n_vented")),
     "temperature": ("Temperature", _temperature, ("T_mean", "T_max")),
-    "energy": ("Energy ledger", _energy, ("energy", "energy_in", "energy_out")),
+    "energy": ("Energy ledger", _energy, ("energy", "energy_in", "energy_out", "energy_model_leak")),
     "residual": ("Energy ledger, residual", _residual, ("energy_residual",)),
     "density": ("Density error", _density, ("density_error_mean", "density_error_max")),
     "sweeps": ("Work per step", _sweeps, ("sweeps", "heat_subcycles")),

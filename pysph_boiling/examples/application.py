@@ -117,6 +117,7 @@ class SceneApplication(Application):
         return self.make_scheme(self.parameters)
 
     def add_user_options(self, group):
+        group.set_defaults(variant=None)
         for name in self.variants:
             group.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
                                help=f"the scene's '{name}' form")
@@ -194,6 +195,13 @@ class SceneApplication(Application):
         self.progress = Progress(self.solver, self.title)
         return [*self.scheme.tools(), self.ledger, self.progress]
 
+    def _remove_earlier_output(self):
+        """Take away what an earlier run of this scene left in the folder, so that outputs do not mix."""
+        folder = Path(self.output_dir)
+        for path in (*folder.glob(f"{self.fname}_[0-9]*.hdf5"), *folder.glob(f"{self.fname}_[0-9]*.npz"),
+                     folder / "results.npz"):
+            path.unlink(missing_ok=True)
+
     def run(self, argv=None):
         """Run, write results and pictures, and check the final state."""
         from rich.console import Console
@@ -204,6 +212,8 @@ class SceneApplication(Application):
             console.print(self.scheme.describe(), markup=False)
             return
         self.print_header(console)
+        if self.options.restart_file is None and not self.options.disable_output:
+            self._remove_earlier_output()
         self.write_run_json(completed=False)
         try:
             with self.progress.bar:

@@ -392,14 +392,15 @@ class CylinderContainer(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class XSPHViscosity(Effect):
-    """XSPH viscosity between all fluid particles."""
+    """XSPH viscosity between all fluid particles, and friction at the walls."""
 
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
                         "0.7 sqrt(|g|/spacing) if not given", low=0.0)
+    wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0)
 
-    RATE: ClassVar[float] = 0.7  # of 1/t*; tuned, see the calibration in docs/
+    RATE: ClassVar[float] = 0.7  # of 1/t*; tuned
 
     def resolved(self, scene):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
@@ -411,6 +412,9 @@ class XSPHViscosity(Effect):
     def terms(self, scene, fluid):
         yield Term("forces.sum", viscosity.PBFXSPHViscosity(
             fluid, list(scene.fluids), rate=self.resolved(scene), rho0=scene.rho0))
+        if self.wall > 0.0 and scene.solids:
+            yield Term("forces.sum", viscosity.PBFWallFriction(
+                fluid, list(scene.solids), rate=self.wall * self.resolved(scene), rho0=scene.rho0))
 
 
 # --- heat -------------------------------------------------------------------------------------------------------------

@@ -208,7 +208,7 @@ class PBFScheme(Scheme):
         for name in self.solids:
             self._give(arrays[name], WALL_PROPERTIES, clean)
         for name in self.sites:
-            self._give(arrays[name], [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h")], clean)
+            self._give(arrays[name], [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")], clean)
         self.check(particles)
         for effect in self.effects.values():
             effect.prepare(scene, arrays)

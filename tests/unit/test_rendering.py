@@ -148,7 +148,8 @@ def test_scene_without_phases_is_coloured_by_speed(tmp_path):
 
 @pytest.mark.parametrize(("options", "message"), [
     ({"colour": "taste"}, "colour must be one of"), ({"colour": "temperature"}, "needs the properties T"),
-    ({"view": "side"}, "view must be"), ({"slice_axis": "w"}, "slice_axis must be"), ({"spacing": 0.0}, "spacing"),
+    ({"view": "side"}, "view must be"), ({"slice_axis": "w"}, "slice_axis must be"), ({"dim": 1}, "dim must be"),
+    ({"spacing": 0.0}, "spacing"),
 ])
 def test_bad_requests_are_named(tmp_path, options, message):
     arguments = {"dim": 2, "spacing": DX, **options}
