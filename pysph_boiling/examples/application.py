@@ -14,6 +14,8 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
+from compyle.config import get_config
+from pysph.base.nnps import get_number_of_threads
 from pysph.solver.application import Application
 from pysph.solver.tools import Tool
 
@@ -259,9 +261,9 @@ class SceneApplication(Application):
         scheme = self.scheme
         versions = {name: metadata.version(name) for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython")
                     if _installed(name)}
-        options = self.options
-        backend = "opencl" if options.with_opencl else "cuda" if options.with_cuda else \
-            "openmp" if options.with_openmp else "cython"
+        options, config = self.options, get_config()
+        backend = "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
+            "openmp" if config.use_openmp else "cython"
 
         def with_units(instance):
             return {spec.name: {"value": getattr(instance, spec.name), "unit": spec.metadata["unit"]}
@@ -276,7 +278,7 @@ class SceneApplication(Application):
             "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
             "backend": backend,
             "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
-            "threads": int(os.environ.get("OMP_NUM_THREADS", os.cpu_count())) if backend == "openmp" else 1,
+            "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
             "seed": self.parameters.seed,
             "dim": scheme.dim,

@@ -96,7 +96,7 @@ class SteadyBoiling(SceneApplication):
         base_lower, base_upper = [middle - half] * 3, [middle + half] * 3
         base_lower[p.dim - 1] = base_upper[p.dim - 1] = 0.0
         points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed)
-        return [fluid, wall, site_array(points, reach=4.0 * p.spacing, spacing=p.spacing)]
+        return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing)]
 
     def start(self, arrays, p, scheme):
         scheme.set_temperature(arrays["fluid"], scheme.material.T_sat - p.subcooling)

@@ -255,8 +255,8 @@ class DensityConstraint(Effect):
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1)
-    max_sweeps: int = param(4, "-", "sweeps after which a step ends whatever its residual", low=1)
-    tolerance: float = param(2e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
+    max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1)
+    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
     longest: float = param(0.25, "-", "displacement limit of a sweep, in spacings", above=0.0)
@@ -689,7 +689,8 @@ class PresetNucleation(Effect):
     requires: ClassVar[tuple[str, ...]] = ("phases",)
     radius: float = param(1.6, "-", "radius of a site, in spacings", above=0.0)
     attraction: float = param(0.5, "-", "pull of a site on liquid, in units of gravity", low=0.0)
-    attraction_radius: float = param(4.0, "-", "reach of the pull, in spacings", above=0.0)
+    attraction_radius: float = param(2.4, "-", "reach of the pull, in spacings; beyond the kernel support it slows the "
+                                     "neighbour search of the whole scene", above=0.0)
 
     @property
     def reach(self):
@@ -847,7 +848,7 @@ class SiteAdhesion(Effect):
     title: ClassVar[str] = "adhesion to sites"
     requires: ClassVar[tuple[str, ...]] = ("nucleation",)
     strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
-    radius: float = param(2.5, "-", "range, in spacings", above=0.0)
+    radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
     def resolved(self, scene):
         return self.strength if self.strength is not None else {2: 15.0, 3: 8.0}[scene.dim]

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 from pysph.base.kernels import CubicSpline
-from pysph.solver.solver import Solver
+from pysph_boiling.schemes.solver import StagedSolver
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
@@ -150,7 +150,7 @@ class PBFScheme(Scheme):
         steppers = {name: step() for name in self.fluids}
         steppers.update(extra_steppers or {})
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
-        self.solver = Solver(kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+        self.solver = StagedSolver(kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
 
     def get_equations(self):
         scene, terms = self.scene(), self.terms()
