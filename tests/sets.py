@@ -1,0 +1,59 @@
+"""The sets of effects that compiled tests may use: at most twelve, since each costs up to five modules to compile.
+
+A test takes a set and changes sizes, dimension and parameters, which are run-time values and compile nothing. A test
+that needs another set adds it here, or does without.
+"""
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import (
+    AmbientLoss,
+    BoxContainer,
+    BubbleLabels,
+    Buoyancy,
+    Cohesion,
+    CylinderContainer,
+    Drag,
+    HeatConduction,
+    Heater,
+    HeatSource,
+    PhaseChange,
+    PresetNucleation,
+    SiteAdhesion,
+    Venting,
+    XSPHViscosity,
+)
+
+BOIL = dict(
+    container=BoxContainer(), viscosity=XSPHViscosity(), heat=HeatConduction(), heater=Heater(temperature=433.15),
+    phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
+    tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
+)  # what examples/steady_boiling.py uses, so that both share their compiled modules
+
+SETS = {
+    "motion": dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0)),  # and examples/dam_break.py
+    "cylinder": dict(container=CylinderContainer()),
+    "slab": dict(density=None, heat=HeatConduction(), heater=Heater(temperature=353.15)),  # examples/heated_slab.py
+    "exchange": dict(density=None, heat=HeatConduction(laplacian="paper"), heater=Heater(flux=1e4),
+                     loss=AmbientLoss(), source=HeatSource(density=1e6)),
+    "boil": BOIL,
+    "states": dict(density=None, heat=HeatConduction(), phases=PhaseChange(interrupt="convert"),
+                   nucleation=PresetNucleation(attraction=0.0)),
+    "states_hold": dict(density=None, heat=HeatConduction(), phases=PhaseChange(), nucleation=PresetNucleation(
+        attraction=0.0)),
+    "paper": {**BOIL, "phases": PhaseChange(interrupt="convert", vapour_as_site=False), "buoyancy": Buoyancy(
+        form="paper"), "heat": HeatConduction(laplacian="paper"), "heater": Heater(flux=4e4),
+        "venting": Venting(mode="remove")},
+    "ihmsen": {**BOIL, "buoyancy": Buoyancy(form="ihmsen"), "loss": AmbientLoss()},
+}
+assert len(SETS) <= 12
+
+
+def scheme(name, *, dim, spacing, changes=None, **kwargs):
+    """The scheme of a set; ``changes`` maps a slot to another effect of the same class (a new class compiles anew)."""
+    effects = dict(SETS[name])
+    for slot, effect in (changes or {}).items():
+        assert slot in effects and type(effect) is type(effects[slot]), f"'{slot}' is not part of the set '{name}'"
+        effects[slot] = effect
+    sites = ["sites"] if "nucleation" in effects else []
+    return BoilingScheme(["fluid"], ["wall"], dim=dim, spacing=spacing, material=WATER_1ATM, sites=sites, **effects,
+                         **kwargs)
