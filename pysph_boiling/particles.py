@@ -261,8 +261,8 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     rows = 1 if dim == 2 else int(np.floor(np.sqrt(count) + 1e-9))
     per_row = np.full(rows, count // rows)
     per_row[: count % rows] += 1
-    cells = [((i + 0.5) / n, (row + 0.5) / rows, 1.0 / n, 1.0 / rows) for row, n in enumerate(per_row) for i in range(n)]
-    place = np.array(cells)
+    place = np.array([((i + 0.5) / n, (row + 0.5) / rows, 1.0 / n, 1.0 / rows)
+                      for row, n in enumerate(per_row) for i in range(n)])
     unit = place[:, :2].copy()
     if pattern == "random":
         unit += place[:, 2:] * np.random.default_rng(seed).uniform(-0.35, 0.35, unit.shape)

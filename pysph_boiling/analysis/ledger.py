@@ -164,8 +164,8 @@ class Ledger(Tool):
         self.rows.append(row)
         if row.get("energy_undelivered", 0.0) > 0.0 and not self.warned:
             self.warned = True
-            warnings.warn(f"at t = {row['t']:.4g} s nothing was within reach of the heater: its energy is not delivered "
-                          "(booked as energy_undelivered)", stacklevel=2)
+            warnings.warn(f"at t = {row['t']:.4g} s nothing was within reach of the heater: its energy is not "
+                          "delivered (booked as energy_undelivered)", stacklevel=2)
 
     def table(self):
         """The rows as name -> array (rows,)."""

@@ -200,8 +200,9 @@ class HeatFlux(Equation):
     ----------
     none
 
-    Reads    d_heater_wet, d_heater_dry, d_m [kg], constants heater_power [W], heater_on [-], heater_weight, heat_dt [s].
-    Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.   Needs   HeatFluxWeight in an earlier group.
+    Reads    d_heater_wet, d_heater_dry, d_m [kg], constants heater_power [W], heater_on [-], heater_weight and
+    heat_dt [s].   Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.
+    Needs    HeatFluxWeight in an earlier group.
     """
 
     def post_loop(self, d_idx, d_ae, d_q_heater, d_heat_dt, d_heater_wet, d_heater_dry, d_heater_power, d_heater_on,
@@ -219,7 +220,8 @@ class HeatFlux(Equation):
 class HeatAmbientLoss(Equation):
     r"""Newton cooling of the free surface, :math:`m_i \dot e_i = -\eta A_i (T_i - T_a)`.
 
-    .. math::  A_i = a V_i \Big|\sum_j V_j \nabla W_{ij}\Big| \quad\text{where } |\sum_j V_j \nabla W_{ij}| > 0.2/\Delta x
+    .. math::  A_i = a V_i \Big|\sum_j V_j \nabla W_{ij}\Big|
+               \quad\text{where } |\sum_j V_j \nabla W_{ij}| > 0.2/\Delta x
 
     Source: ours; the gradient of the indicator function is a surface density (as in continuum surface force models),
     and ``factor`` a makes it exact on a flat lattice surface. Walls count as filled.

@@ -8,7 +8,6 @@ import dataclasses
 import os
 import platform
 import sys
-import warnings
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path

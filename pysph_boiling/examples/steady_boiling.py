@@ -6,7 +6,6 @@ Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic N
 Run time    about 6 minutes on two cores (3-D, 20,384 particles); ``--demo`` about 2 minutes.
 Command     pysph-boiling run steady_boiling
 """
-import math
 from dataclasses import dataclass
 
 import numpy as np

@@ -443,7 +443,8 @@ class HeatConduction(Effect):
             Property("ae", "J/(kg s)", "rate of enthalpy", state=True),
         ]
         if self.laplacian == "paper":
-            rows.append(Property("q_leak", "J", "energy made by the literal Laplacian since the start", state=True, cumulative=True))
+            rows.append(Property("q_leak", "J", "energy made by the literal Laplacian since the start", state=True,
+                                 cumulative=True))
         return tuple(rows)
 
     def constants(self, scene):
@@ -601,7 +602,8 @@ class HeatSource(Effect):
     density: float = param(0.0, "W/m^3", "power density before the factor A")
 
     def properties(self, scene):
-        return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True, cumulative=True),)
+        return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,
+                         cumulative=True),)
 
     def flows(self, scene):
         return (Flow("energy_source", +1, prop="q_source"),)
@@ -889,7 +891,8 @@ class Venting(Effect):
     slot: ClassVar[str] = "venting"
     title: ClassVar[str] = "venting"
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
-    mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid", choices=("lid", "remove"))
+    mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
+                      choices=("lid", "remove"))
     share: float = param(0.05, "-", "a bubble leaves once this share of it is free", above=0.0, high=1.0)
     steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0)
@@ -930,7 +933,8 @@ class Venting(Effect):
         cone = dict(ux=ux, uy=uy, uz=uz, cosine=self.cosine, lowest=self.lowest * scene.spacing)
         yield Term("bubbles.film", venting.VentingFilm(fluid, list(scene.fluids), **cone))
         yield Term("bubbles.free", venting.VentingFree(fluid, list(scene.fluids), **cone))
-        yield Term("forces.release", venting.VentingRelease(fluid, None, **dict(zip(("gx", "gy", "gz"), scene.gravity))))
+        gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
+        yield Term("forces.release", venting.VentingRelease(fluid, None, **gravity))
 
     def tools(self, scheme):
         from pysph_boiling.schemes.venting import VentingTool

@@ -19,9 +19,15 @@ def option_table(slots):
     return rows
 
 
+def _boolean(text):
+    if text.lower() not in ("true", "yes", "1", "false", "no", "0"):
+        raise ValueError(f"expected yes or no, got {text!r}")
+    return text.lower() in ("true", "yes", "1")
+
+
 def _parser_type(default):
     if isinstance(default, bool):
-        return lambda text: {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[text.lower()]
+        return _boolean
     if isinstance(default, tuple):
         return lambda text: tuple(float(part) for part in text.split(","))
     if isinstance(default, str):
@@ -68,7 +74,8 @@ def apply_options(options, effects, slots):
         elif slot in result and given:
             result[slot] = result[slot].replaced(**given)
         elif slot not in result and (switch or given):
-            cls = next((cls for cls in EFFECTS[slot] if given.keys() <= {f.name for f in dataclasses.fields(cls)}), None)
+            cls = next((cls for cls in EFFECTS[slot]
+                        if given.keys() <= {spec.name for spec in dataclasses.fields(cls)}), None)
             if cls is None:
                 raise ValueError(f"no form of '{slot}' takes all of {', '.join(sorted(given))}")
             result[slot] = cls(**given)

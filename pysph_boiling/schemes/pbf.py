@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 from pysph.base.kernels import CubicSpline
-from pysph_boiling.schemes.solver import StagedSolver
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
@@ -13,6 +12,7 @@ from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
+from pysph_boiling.schemes.solver import StagedSolver
 from pysph_boiling.schemes.stages import STAGES, build_stage
 
 __all__ = ["PBFScheme"]
@@ -150,7 +150,8 @@ class PBFScheme(Scheme):
         steppers = {name: step() for name in self.fluids}
         steppers.update(extra_steppers or {})
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
-        self.solver = StagedSolver(kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+        self.solver = StagedSolver(
+            kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
 
     def get_equations(self):
         scene, terms = self.scene(), self.terms()
@@ -199,7 +200,9 @@ class PBFScheme(Scheme):
             self._give(pa, fluid_rows, clean)
             if len(np.unique(pa.uid)) != len(pa.uid):
                 pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
-            constants = {key: value for effect in self.effects.values() for key, value in effect.constants(scene).items()}
+            constants = {}
+            for effect in self.effects.values():
+                constants.update(effect.constants(scene))
             if any(effect.removes_particles for effect in self.effects.values()):
                 constants.update((f"carried_{row.name}", 0.0) for row in fluid_rows if row.cumulative)
             for constant, value in constants.items():
