@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from pysph.solver.tools import Tool
 
 from pysph_boiling.phases import Phase
 
-__all__ = ["BubbleTable", "bubble_table", "store_sizes"]
+__all__ = ["BubbleTable", "Departures", "bubble_table", "store_sizes"]
 
 
 @dataclass(frozen=True)
@@ -75,3 +76,42 @@ def store_sizes(arrays):
         pa.bubble_n[who] = values
         if pa.gpu is not None:
             pa.gpu.push("bubble_n")
+
+
+class Departures(Tool):
+    """Records each bubble that leaves the base: ``events`` is a list of (time [s], particles).
+
+    A bubble is aloft when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when it
+    is aloft and most of its particles were not, one step before; so a bubble that splits or merges on its way up does
+    not depart again.
+    """
+
+    def __init__(self, scheme, clearance):
+        self.scheme, self.clearance = scheme, clearance
+        self.up = np.array(scheme.scene().up)
+        self.base = None
+        self.aloft = np.zeros(0, np.uint32)
+        self.events = []
+
+    def post_step(self, solver):
+        if self.base is None:
+            sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
+            self.base = max(float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up)) for pa in sites)
+        parts = {name: [] for name in ("uid", "bubble", "height")}
+        for pa in self.scheme.arrays:
+            vapour = np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR)
+            parts["uid"].append(pa.uid[vapour])
+            parts["bubble"].append(pa.bubble[vapour])
+            parts["height"].append(np.stack([pa.x[vapour], pa.y[vapour], pa.z[vapour]], -1) @ self.up - self.base)
+        uid, bubble, height = (np.concatenate(parts[name]) for name in ("uid", "bubble", "height"))
+        if len(uid) == 0:
+            self.aloft = uid
+            return
+        _, index, size = np.unique(bubble, return_inverse=True, return_counts=True)
+        lowest = np.full(len(size), np.inf)
+        np.minimum.at(lowest, index, height)
+        up_now = lowest > self.clearance
+        before = np.bincount(index, weights=np.isin(uid, self.aloft), minlength=len(size))
+        for n in size[up_now & (before < 0.5 * size)]:
+            self.events.append((solver.t + solver.dt, int(n)))
+        self.aloft = uid[up_now[index]]

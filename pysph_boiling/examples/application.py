@@ -103,6 +103,13 @@ class SceneApplication(Application):
             made += [folder / "frames.png", *frames]
         return made
 
+    @property
+    def departures(self):
+        """Bubbles that left the base: list of (time [s], particles); empty in a scene without sites."""
+        from pysph_boiling.analysis.bubbles import Departures
+
+        return [event for tool in self.tools if isinstance(tool, Departures) for event in tool.events]
+
     # --- PySPH's Application protocol ---------------------------------------------------------------------------------
 
     def __init__(self, fname=None, output_dir=None, domain=None):
@@ -290,6 +297,7 @@ class SceneApplication(Application):
                         for slot, effect in scheme.effects.items()},
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},
             "wall_time": {"unit": "s", **scheme.integrator.wall_time},
+            "departures": self.departures,
         })
 
 

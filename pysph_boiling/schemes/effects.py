@@ -711,6 +711,12 @@ class PresetNucleation(Effect):
                 raise ValueError(f"sites '{name}' reach {reach:.3g} spacings, the effects need {needed:.3g}: make the "
                                  f"array with site_array(reach={needed * scene.spacing:.3g})")
 
+    def tools(self, scheme):
+        from pysph_boiling.analysis.bubbles import Departures
+
+        if "bubbles" in scheme.effects:
+            yield Departures(scheme, clearance=self.reach * scheme.spacing)
+
     def terms(self, scene, fluid):
         yield Term("phases.edges", nucleation.NucleationSiteCondition(
             fluid, list(scene.sites), radius=self.radius * scene.spacing))
@@ -753,6 +759,9 @@ class BubbleLabels(Effect):
         def number(arrays, scene):
             return float(len(bubble_table(arrays, scene).label))
 
+        def single(arrays, scene):
+            return float(np.count_nonzero(bubble_table(arrays, scene).n == 1))
+
         def radius(arrays, scene):
             table = bubble_table(arrays, scene)
             return float(np.mean(table.equivalent_radius)) if len(table.label) else 0.0
@@ -760,6 +769,7 @@ class BubbleLabels(Effect):
         return (
             Column("n_bubbles", "-", "bubbles", number),
             Column("bubble_radius_mean", "m", "mean equivalent radius of the bubbles; 0 without bubbles", radius),
+            Column("n_single_bubbles", "-", "bubbles of one particle", single),
         )
 
     def hooks(self, scene):
@@ -911,8 +921,7 @@ class Venting(Effect):
         )
 
     def constants(self, scene):
-        return {"energy_vented": 0.0, "mass_vented": 0.0, "n_vented": 0.0, "n_bubbles_vented": 0.0,
-                "n_single_vented": 0.0, "n_particles_vented_max": 0.0}
+        return {"energy_vented": 0.0, "mass_vented": 0.0, "n_vented": 0.0, "n_bubbles_vented": 0.0}
 
     def flows(self, scene):
         return (Flow("energy_lid" if self.mode == "lid" else "energy_vented", -1, constant="energy_vented"),)
@@ -924,8 +933,6 @@ class Venting(Effect):
         return (
             Column("n_vented", "-", "particles vented since the start", constant("n_vented")),
             Column("n_bubbles_vented", "-", "bubbles vented since the start", constant("n_bubbles_vented")),
-            Column("n_single_vented", "-", "bubbles of one particle vented since the start",
-                   constant("n_single_vented")),
         )
 
     def terms(self, scene, fluid):

@@ -47,8 +47,6 @@ class VentingTool(Tool):
             self._vent(pa, np.flatnonzero(gone[first:first + n]))
             if number == 0:
                 pa.n_bubbles_vented[0] += len(sizes)
-                pa.n_single_vented[0] += int(np.count_nonzero(sizes == 1))
-                pa.n_particles_vented_max[0] = max(pa.n_particles_vented_max[0], int(sizes.max()))
             first += n
 
     def _vent(self, pa, who):

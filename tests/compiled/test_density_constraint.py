@@ -1,0 +1,307 @@
+"""Density constraint, containers and viscosity against a reference: all pairs, a few lines of NumPy, no neighbour lists.
+
+All kernels sit in one compiled module; a group runs when its name is asked for. Random clouds of unequal masses beside
+random wall particles: half of them are compressed, some hardly have a neighbour.
+"""
+import numpy as np
+import pytest
+from harness import Evaluator, random_cloud
+from pysph.sph.equation import Group
+from sets import scheme
+
+from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
+from pysph_boiling.equations.density_constraint import PBFMove
+from pysph_boiling.particles import fluid_array, fluid_block, wall_array
+from pysph_boiling.schemes.effects import BoxContainer
+
+ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
+RHO0 = 958.0
+N_FLUID, N_WALL = 60, 20
+LOWER, UPPER = (0.1, 0.2, 0.15), (0.8, 0.7, 0.9)
+CYLINDER = dict(centre=(0.4, 0.6), radius=0.3, bottom=0.1, top=0.8)
+
+
+class Kernels:
+    """Groups of equations compiled once; ``run("density", "move")`` evaluates only the groups named."""
+
+    def __init__(self, arrays, groups, *, dim, domain=None):
+        self.wanted = ()
+        self.evaluator = Evaluator(arrays, [
+            Group(equations, name=name, condition=lambda t, dt, name=name: name in self.wanted)
+            for name, equations in groups.items()], dim=dim, domain=domain)
+        self.kernel = self.evaluator.kernel
+        self.fluid, self.wall = arrays
+
+    def run(self, *wanted):
+        self.wanted = wanted
+        self.evaluator.run()
+
+
+def pairs(a, b, kernel):
+    """Kernel values (n, m) and gradients (n, m, 3) of each pair of two arrays."""
+    W, G = np.zeros((len(a.x), len(b.x))), np.zeros((len(a.x), len(b.x), 3))
+    for i, j in np.ndindex(*W.shape):
+        x = np.array([a.x[i] - b.x[j], a.y[i] - b.y[j], a.z[i] - b.z[j]])
+        r, h = np.linalg.norm(x), 0.5 * (a.h[i] + b.h[j])
+        W[i, j] = kernel.kernel(x, r, h)
+        kernel.gradient(x, r, h, G[i, j])
+    return W, G
+
+
+def vectors(pa, x="x", y="y", z="z"):
+    """Three properties as an array (n, 3)."""
+    return np.stack([pa.get(name) for name in (x, y, z)], -1)
+
+
+def compile_kernels(fluid, wall, *, dim, spacing):
+    """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
+    motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
+    motion.setup_properties([fluid, wall])
+    by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
+    container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
+    kernels = Kernels([fluid, wall], {
+        "density": [by_name["PBFDensity"], by_name["PBFBoundaryDensity"], by_name["PBFLambda"]],
+        "correction": [by_name["PBFPositionCorrection"], by_name["PBFBoundaryCorrection"]],
+        "move": [PBFMove("fluid", None, omega=0.7, longest=0.25 * spacing)],
+        "box": [PBFBoxContainer("fluid", None, **container)],
+        "cylinder": [PBFCylinderContainer("fluid", None, dim=dim, **CYLINDER)],
+        "gravity": [by_name["PBFBodyForce"]],
+        "viscosity": [by_name["PBFXSPHViscosity"]],
+        "friction": [by_name["PBFWallFriction"]],
+    }, dim=dim)
+    kernels.parameters, kernels.spacing, kernels.dim = by_name, spacing, dim
+    return kernels
+
+
+def cloud(dim, scale=1.0):
+    """Fluid at random in a cube of edge ``scale``, walls at random about its face x = 0; some fluid is compressed."""
+    spacing = {2: 0.7, 3: 0.8}[dim] * scale * N_FLUID ** (-1.0 / dim)
+    fluid = fluid_array(scale * random_cloud(N_FLUID, dim, seed=1), spacing=spacing, dim=dim, rho0=RHO0)
+    wall = fluid_array(scale * random_cloud(N_WALL, dim, seed=2), spacing=spacing, dim=dim, rho0=RHO0, name="wall")
+    wall.x[:] = 0.5 * wall.x - 0.25 * scale
+    wall.add_property("heated", type="int")
+    random = np.random.default_rng(3)
+    fluid.m *= random.uniform(0.5, 2.0, N_FLUID)
+    wall.m *= random.uniform(0.5, 2.0, N_WALL)
+    return fluid, wall, spacing
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["2-D", "3-D"])
+def compiled(request):
+    fluid, wall, spacing = cloud(request.param)
+    return compile_kernels(fluid, wall, dim=request.param, spacing=spacing)
+
+
+@pytest.fixture
+def kernels(compiled):
+    """The random cloud in its initial state."""
+    fluid, wall, _ = cloud(compiled.dim)
+    for pa, start in ((compiled.fluid, fluid), (compiled.wall, wall)):
+        for name in ("x", "y", "z", "m"):
+            pa.get(name)[:] = start.get(name)
+    for name in ("sx", "sy", "sz", "limited", "projected", "au", "av", "aw"):
+        compiled.fluid.get(name)[:] = 0
+    compiled.fluid.sweeps[0] = 0.0
+    return compiled
+
+
+# --- density constraint -----------------------------------------------------------------------------------------------
+
+
+def test_density_multiplier_and_correction_equal_the_reference(kernels):
+    fluid, wall, (rho_rest, eps) = kernels.fluid, kernels.wall, rest(kernels)
+    m, psi = fluid.m[None, :, None], wall.m[None, :, None]
+    W, G = pairs(fluid, fluid, kernels.kernel)
+    W_wall, G_wall = pairs(fluid, wall, kernels.kernel)
+    rho = W @ fluid.m + W_wall @ wall.m
+    C = np.maximum(rho / rho_rest - 1.0, 0.0)
+    own = ((m * G).sum(1) + (psi * G_wall).sum(1)) / rho_rest  # grad_i C_i; grad_j C_i = -m_j G_ij / rho_rest
+    others = ((m * G / rho_rest) ** 2 / m).sum((1, 2))  # walls do not move: none of theirs
+    lmbda = -C / ((own**2).sum(1) / fluid.m + others + eps)
+    pair = fluid.m[None, :] * lmbda[:, None] + fluid.m[:, None] * lmbda[None, :]
+    correction = (pair[:, :, None] * G).sum(1) + lmbda[:, None] * (psi * G_wall).sum(1)
+    correction /= fluid.m[:, None] * rho_rest
+    assert 10 < np.count_nonzero(C) < N_FLUID - 5  # compressed particles and others
+
+    kernels.run("density", "correction")
+
+    np.testing.assert_allclose(fluid.rho, rho, rtol=ROUND_OFF)
+    close(vectors(fluid, "gcx", "gcy", "gcz"), own)
+    np.testing.assert_allclose(fluid.gc2, others, rtol=ROUND_OFF)
+    close(fluid.compression, C)
+    close(fluid.lmbda, lmbda)
+    close(vectors(fluid, "dpx", "dpy", "dpz"), correction)
+    np.testing.assert_allclose(fluid.density_error, [C.mean(), C.max()], rtol=ROUND_OFF)
+    assert fluid.sweeps[0] == 1.0
+
+
+def test_gradient_is_that_of_the_density(kernels):
+    fluid, (rho_rest, _) = kernels.fluid, rest(kernels)
+    kernels.run("density")
+    gradient, step = vectors(fluid, "gcx", "gcy", "gcz"), 1e-5 * kernels.spacing
+    for i in range(0, N_FLUID, 8):
+        for axis, name in enumerate("xyz"[:kernels.dim]):
+            C = []
+            for shift in (step, -2.0 * step):
+                fluid.get(name)[i] += shift
+                kernels.run("density")
+                C.append(fluid.rho[i] / rho_rest - 1.0)
+            fluid.get(name)[i] += step
+            # second differences of the kernel times step^2: some 1e-9 of the gradient's scale 1/spacing
+            assert (C[0] - C[1]) / (2.0 * step) == pytest.approx(gradient[i, axis], abs=1e-7 / kernels.spacing)
+
+
+def test_corrections_conserve_momentum(kernels):
+    fluid = kernels.fluid
+    kernels.wall.m[:] = 0.0
+    kernels.run("density", "correction")
+    momentum = fluid.m[:, None] * vectors(fluid, "dpx", "dpy", "dpz")
+    assert np.abs(momentum).max() > 0.0
+    assert np.abs(momentum.sum(0)).max() <= ROUND_OFF * np.abs(momentum).sum()
+
+
+def test_coincident_particles_part_and_conserve_momentum(kernels):
+    fluid, crowd = kernels.fluid, slice(0, 6)
+    kernels.wall.m[:] = 0.0
+    for name in "xyz"[:kernels.dim]:
+        fluid.get(name)[crowd] = 0.5
+    kernels.run("density", "correction", "move")
+    x = vectors(fluid)[crowd]
+    apart = np.linalg.norm(x[:, None] - x[None, :], axis=2)[np.triu_indices(6, 1)]
+    assert apart.min() > 1e-5 * kernels.spacing  # ten times further apart than what counts as coincident
+    assert np.all(vectors(fluid)[:, kernels.dim:] == 0.0)  # 2-D stays in its plane
+    momentum = fluid.m[:, None] * vectors(fluid, "dpx", "dpy", "dpz")
+    assert np.abs(momentum.sum(0)).max() <= ROUND_OFF * np.abs(momentum).sum()
+
+
+def test_limiter_cuts_long_corrections_and_counts_them(kernels):
+    fluid, longest = kernels.fluid, 0.25 * kernels.spacing
+    x, s = vectors(fluid), np.random.default_rng(4).normal(size=(N_FLUID, 3))
+    wish = np.random.default_rng(5).normal(scale=0.3 * kernels.spacing, size=(N_FLUID, 3))
+    for axis in range(3):
+        fluid.get(("dpx", "dpy", "dpz")[axis])[:] = wish[:, axis]
+        fluid.get(("sx", "sy", "sz")[axis])[:] = s[:, axis]
+    size = 0.7 * np.linalg.norm(wish, axis=1)
+    step = 0.7 * wish * np.minimum(1.0, longest / size)[:, None]
+    kernels.run("move")
+    close(vectors(fluid), x + step)
+    close(vectors(fluid, "sx", "sy", "sz"), s + step)
+    assert 5 < np.count_nonzero(size > longest) < N_FLUID - 5
+    np.testing.assert_array_equal(fluid.limited, size > longest)
+    kernels.run("move")
+    np.testing.assert_array_equal(fluid.limited, 2 * (size > longest))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_multiplier_does_not_depend_on_resolution(dim):
+    """Same cloud, ten times larger, particles as dense: lambda scales as m spacing^2, dx as spacing."""
+    lmbda, correction = [], []
+    for scale in (1.0, 10.0):
+        fluid, wall, spacing = cloud(dim, scale)
+        compile_kernels(fluid, wall, dim=dim, spacing=spacing).run("density", "correction")
+        lmbda.append(fluid.lmbda / (RHO0 * spacing**dim * spacing**2))
+        correction.append(vectors(fluid, "dpx", "dpy", "dpz") / spacing)
+    close(lmbda[1], lmbda[0])
+    close(correction[1], correction[0])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_lattice_at_rest_reads_the_rest_density_up_to_a_flat_wall(dim):
+    """In the middle of a slab on a plate, so wide that neither fluid nor wall there sees a rim."""
+    spacing, half = 0.1, 6 * 0.1
+    low, high = [-half] * (dim - 1), [half] * (dim - 1)
+    common = dict(spacing=spacing, dim=dim, rho0=RHO0)
+    fluid = fluid_block([*low, 0.0], [*high, 6 * spacing], **common)
+    plate = fluid_block([*low, -2 * spacing], [*high, 0.0], **common)
+    kernels = compile_kernels(fluid, wall_array(vectors(plate), kernel=scheme(
+        "motion", dim=dim, spacing=spacing).kernel, **common), dim=dim, spacing=spacing)
+    kernels.run("density")
+    x = vectors(fluid)
+    inner = np.all(np.abs(x[:, :dim - 1]) < spacing, axis=1) & (x[:, dim - 1] < 3.5 * spacing)
+    assert inner.sum() == 3 * 2 ** (dim - 1) + 2 ** (dim - 1) * (x[:, dim - 1].max() < 3.5 * spacing)
+    rho_rest, _ = rest(kernels)
+    # akinci_volume rounds distances to nine digits of h, which shows in the first two layers
+    np.testing.assert_allclose(fluid.rho[inner], rho_rest, rtol=1e-8)
+    np.testing.assert_allclose(fluid.rho[inner & (x[:, dim - 1] > 2.0 * spacing)], rho_rest, rtol=ROUND_OFF)
+    close(fluid.gcx[inner] * spacing, np.zeros(inner.sum()), scale=1.0)
+
+
+# --- containers -------------------------------------------------------------------------------------------------------
+
+
+def inside_box(x, dim):
+    return np.clip(x, (*LOWER[:dim], *[0.0] * (3 - dim)), (*UPPER[:dim], *[0.0] * (3 - dim)))
+
+
+def inside_cylinder(x, dim):
+    x, c = x.copy(), np.array(CYLINDER["centre"])[:dim - 1]
+    r = np.linalg.norm(x[:, :dim - 1] - c, axis=1)
+    x[:, :dim - 1] = c + (x[:, :dim - 1] - c) * np.minimum(1.0, CYLINDER["radius"] / r)[:, None]
+    x[:, dim - 1] = np.clip(x[:, dim - 1], CYLINDER["bottom"], CYLINDER["top"])
+    return x
+
+
+@pytest.mark.parametrize("container, inside", [("box", inside_box), ("cylinder", inside_cylinder)])
+def test_container_projects_and_counts(kernels, container, inside):
+    fluid = kernels.fluid
+    x = vectors(fluid)
+    projected = inside(x, kernels.dim)
+    out = np.linalg.norm(projected - x, axis=1) > ROUND_OFF
+    assert 5 < out.sum() < N_FLUID - 5
+    kernels.run(container)
+    close(vectors(fluid), projected)
+    close(vectors(fluid, "sx", "sy", "sz"), projected - x)  # the velocity feels the wall
+    np.testing.assert_array_equal(vectors(fluid)[~out], x[~out])
+    np.testing.assert_array_equal(fluid.projected, out)
+
+
+# --- viscosity --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def moving(kernels):
+    """Random velocities."""
+    for axis, name in enumerate(("u", "v", "w")):
+        kernels.fluid.get(name)[:] = np.random.default_rng(axis).normal(size=N_FLUID) * (axis < kernels.dim)
+    return kernels
+
+
+def test_viscosity_equals_the_reference_and_conserves_momentum(moving):
+    fluid = moving.fluid
+    v = vectors(fluid, "u", "v", "w")
+    W, _ = pairs(fluid, fluid, moving.kernel)
+    rate = moving.parameters["PBFXSPHViscosity"].rate
+    a = rate / RHO0 * ((v[None, :] - v[:, None]) * (fluid.m[None, :] * W)[:, :, None]).sum(1)
+    moving.run("viscosity")
+    close(vectors(fluid, "au", "av", "aw"), a)
+    momentum = fluid.m[:, None] * vectors(fluid, "au", "av", "aw")
+    assert np.abs(momentum.sum(0)).max() <= ROUND_OFF * np.abs(momentum).sum()
+
+
+def test_wall_friction_only_slows(moving):
+    fluid = moving.fluid
+    v = vectors(fluid, "u", "v", "w")
+    W, _ = pairs(fluid, moving.wall, moving.kernel)
+    share = moving.parameters["PBFWallFriction"].rate / RHO0 * (W @ moving.wall.m)
+    assert 0 < np.count_nonzero(share == 0.0) < N_FLUID  # some touch no wall
+    moving.run("friction")
+    close(vectors(fluid, "au", "av", "aw"), -share[:, None] * v)
+
+
+def test_gravity_is_set_anew_each_time(kernels):
+    fluid = kernels.fluid
+    for _ in range(2):
+        kernels.run("gravity")
+        expected = np.zeros(3)
+        expected[kernels.dim - 1] = -9.81
+        np.testing.assert_array_equal(vectors(fluid, "au", "av", "aw"), np.tile(expected, (N_FLUID, 1)))
+
+
+def rest(kernels):
+    """Rest density [kg/m^3] and relaxation [1/(kg m^2)] that the scheme gave to the multiplier."""
+    return kernels.parameters["PBFLambda"].rho_rest, kernels.parameters["PBFLambda"].eps
+
+
+def close(actual, expected, scale=None):
+    """Equal to round-off of the largest value."""
+    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ROUND_OFF * (scale or np.abs(expected).max()))
