@@ -2,7 +2,7 @@
 
 Equations   TVFScheme of PySPH (transport velocity, quintic spline); conduction as in ``reuse_wcsph``.
 Source      a Fourier mode of the heat equation in a periodic box that is carried along at a uniform velocity.
-Run time    about 20 s on two cores (2-D, 1600 particles), and once about 40 s to compile.
+Run time    about 5 s on two cores (2-D, 480 particles), and once about 25 s to compile.
 Command     pysph-boiling run reuse_tvf
 """
 from pysph.sph.scheme import TVFScheme

@@ -1,4 +1,4 @@
-"""Density constraint, containers and viscosity against a reference: all pairs, a few lines of NumPy, no neighbour lists.
+"""Density constraint, containers and viscosity against a reference: all pairs, a few lines of NumPy, no lists.
 
 All kernels sit in one compiled module; a group runs when its name is asked for. Random clouds of unequal masses beside
 random wall particles: half of them are compressed, some hardly have a neighbour.
@@ -75,7 +75,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
 
 def cloud(dim, scale=1.0):
     """Fluid at random in a cube of edge ``scale``, walls at random about its face x = 0; some fluid is compressed."""
-    spacing = {2: 0.7, 3: 0.8}[dim] * scale * N_FLUID ** (-1.0 / dim)
+    spacing = {2: 0.7, 3: 1.0}[dim] * scale * N_FLUID ** (-1.0 / dim)
     fluid = fluid_array(scale * random_cloud(N_FLUID, dim, seed=1), spacing=spacing, dim=dim, rho0=RHO0)
     wall = fluid_array(scale * random_cloud(N_WALL, dim, seed=2), spacing=spacing, dim=dim, rho0=RHO0, name="wall")
     wall.x[:] = 0.5 * wall.x - 0.25 * scale

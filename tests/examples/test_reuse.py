@@ -1,0 +1,69 @@
+"""Our heat equations as guests of PySPH's own schemes: both examples run to their end, and their checks can fail."""
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pysph.sph import scheme as pysph_schemes
+
+from pysph_boiling import cli
+from pysph_boiling.equations import heat
+from pysph_boiling.examples import reuse_wcsph
+
+HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_tvf": "TVFScheme"}
+GUESTS = [heat.HeatTemperature, heat.HeatConduction, heat.HeatUpdate]
+
+
+@pytest.fixture(scope="module", params=HOSTS)
+def app(request, tmp_path_factory):
+    """One finished run of each example; ``run`` has drawn the picture and made the final check."""
+    application = cli.scene_class(request.param)()
+    folder = tmp_path_factory.mktemp(request.param)
+    application.run([*cli.openmp_arguments([]), "-d", str(folder), "--loglevel", "none"])
+    return application
+
+
+def classes(groups):
+    return [type(equation) for group in groups for equation in group.equations]
+
+
+def test_host_is_pysphs_own(app):
+    host = type(app.scheme)
+    assert host is getattr(pysph_schemes, HOSTS[app.fname]) and host.__module__ == "pysph.sph.scheme"
+    own = classes(app.scheme.get_equations())
+    assert all(cls.__module__.startswith("pysph.sph.") for cls in own)
+    assert classes(app.equations) == own + GUESTS
+
+
+def test_wave_decays_drifts_and_keeps_its_energy(app):
+    assert app.decay_error() == pytest.approx(0.0, abs=0.01)  # Laplacian of the lattice: 0.2 % and 0.8 % measured
+    assert app.shape_error() <= 0.01  # 0.8 % measured, all of it the amplitude's
+    assert abs(app.energy_drift()) <= 1e-14  # round-off; 2e-16 measured
+
+
+def test_flow_is_that_of_the_host(app):
+    fluid = app.particles[0]
+    assert fluid.get_number_of_particles(True) == 480
+    assert fluid.get_number_of_particles() > 480, "no ghosts: no heat crossed a border"
+    for speed, values in ((reuse_wcsph.U, fluid.u), (reuse_wcsph.V, fluid.v)):
+        np.testing.assert_allclose(values, speed, rtol=1e-9)  # a lattice in uniform motion stays one
+
+
+def test_files(app):
+    names = {path.name for path in Path(app.output_dir).iterdir()}
+    assert {"profile.png", f"{app.fname}.info"} <= names and len(app.output_files) == 2
+
+
+@pytest.mark.parametrize(("prop", "change", "message"), [
+    ("e", lambda e: 1.03 * e, "off the exact decay"),
+    ("e", lambda e: np.roll(e, 30), "off the exact"),
+    ("e", lambda e: e + 1e-9 * np.max(e), "energy drifted"),
+    ("x", lambda x: x + 1e-4, "wave is"),
+])
+def test_final_check_fails_on(app, prop, change, message):
+    values = app.particles[0].get(prop)
+    kept = values.copy()
+    values[:] = change(kept)
+    with pytest.raises(AssertionError, match=message):
+        app.check_final()
+    values[:] = kept
+    app.check_final()
