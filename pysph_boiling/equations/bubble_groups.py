@@ -6,7 +6,8 @@ decides which of two roots wins is that of the uids, so the label of a bubble is
 for every particle order. A shuffled chain of n particles settles in about log2(n) rounds.
 """
 from compyle.api import declare
-from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
+from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = ["BubbleCheck", "BubbleHook", "BubbleLabel", "BubbleShortcut", "BubbleSnap", "BubbleStart"]

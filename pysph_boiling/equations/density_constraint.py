@@ -7,7 +7,8 @@ every pair of corrections conserve momentum, ``m_i dx_i + m_j dx_j = 0``.
 from math import sqrt
 
 from compyle.api import declare
-from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
+from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_uniform

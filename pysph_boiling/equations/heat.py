@@ -7,7 +7,8 @@ that moves them, so that a ledger closes without a subtraction.
 """
 from math import sqrt
 
-from pysph.base.reduce_array import parallel_reduce_array, serial_reduce_array
+from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
+from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = [

@@ -19,6 +19,7 @@ from pysph_boiling.schemes.effects import (
     BubbleLabels,
     Buoyancy,
     Cohesion,
+    DensityConstraint,
     Drag,
     HeatConduction,
     Heater,
@@ -56,7 +57,7 @@ class SteadyBoiling(SceneApplication):
     Parameters = SteadyBoilingParameters
     title = "steady boiling"
     variants = {
-        "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5),
+        "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5, frame=0.05),
         "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, acceleration=1000.0, duration=3.0),
     }
 
@@ -71,6 +72,7 @@ class SteadyBoiling(SceneApplication):
         material = WATER_1ATM
         return BoilingScheme(
             ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, sites=["sites"], material=material,
+            density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
             heat=HeatConduction(acceleration=p.acceleration),

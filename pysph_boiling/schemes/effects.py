@@ -156,6 +156,7 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
+    on_device: ClassVar[bool] = False  # whether it was shown to run on OpenCL
 
     @property
     def removes_particles(self):
@@ -254,6 +255,7 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
+    on_device: ClassVar[bool] = True
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1)
     max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1)
     tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
@@ -325,6 +327,8 @@ class BoxContainer(Effect):
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
     upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
     margin: float = param(0.25, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
@@ -365,6 +369,8 @@ class CylinderContainer(Effect):
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "cylinder container"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
     centre: tuple = param((0.0, 0.0), "m", "axis position (x, y); only x counts in 2-D")
     radius: float = param(1.0, "m", "inner radius", above=0.0)
     bottom: float = param(0.0, "m", "height of the floor")
@@ -396,6 +402,8 @@ class XSPHViscosity(Effect):
 
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
                         "0.7 sqrt(|g|/spacing) if not given", low=0.0)
     wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0)
@@ -720,7 +728,7 @@ class PresetNucleation(Effect):
     def terms(self, scene, fluid):
         yield Term("phases.edges", nucleation.NucleationSiteCondition(
             fluid, list(scene.sites), radius=self.radius * scene.spacing))
-        if self.attraction > 0.0 and scene.g > 0.0:
+        if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
                 radius=self.attraction_radius * scene.spacing))
@@ -793,7 +801,7 @@ class Buoyancy(Effect):
 
     slot: ClassVar[str] = "buoyancy"
     title: ClassVar[str] = "buoyancy"
-    requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+    requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
     k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 1 is neutral", low=0.0)
     a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
@@ -827,7 +835,7 @@ class Cohesion(Effect):
 
     slot: ClassVar[str] = "tension"
     title: ClassVar[str] = "cohesion of vapour"
-    requires: ClassVar[tuple[str, ...]] = ("phases",)
+    requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     strength: float = param(None, "-", "in units of gravity; 8 in 2-D and 3 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
@@ -858,7 +866,7 @@ class SiteAdhesion(Effect):
 
     slot: ClassVar[str] = "adhesion"
     title: ClassVar[str] = "adhesion to sites"
-    requires: ClassVar[tuple[str, ...]] = ("nucleation",)
+    requires: ClassVar[tuple[str, ...]] = ("nucleation", "density")
     strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
@@ -877,7 +885,7 @@ class Drag(Effect):
 
     slot: ClassVar[str] = "drag"
     title: ClassVar[str] = "drag between phases"
-    requires: ClassVar[tuple[str, ...]] = ("phases",)
+    requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0)
 
     RATE: ClassVar[float] = 0.35  # of 1/t*; tuned
@@ -900,7 +908,7 @@ class Venting(Effect):
 
     slot: ClassVar[str] = "venting"
     title: ClassVar[str] = "venting"
-    requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+    requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
     share: float = param(0.05, "-", "a bubble leaves once this share of it is free", above=0.0, high=1.0)

@@ -1,0 +1,395 @@
+"""Effects: a scene has what it calls for and nothing else, its options arrive, its groups suit every backend.
+
+Nothing is compiled: generated sources are compared as text.
+"""
+import argparse
+import dataclasses
+import math
+import warnings
+
+import numpy as np
+import pytest
+import sets
+from pysph.base.nnps import DomainManager, LinkedListNNPS
+from pysph.sph.acceleration_eval import make_acceleration_evals
+from pysph.sph.sph_compiler import SPHCompiler
+
+from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, box_vessel, fluid_block, site_array
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import (
+    EFFECTS,
+    AmbientLoss,
+    BoxContainer,
+    CylinderContainer,
+    Drag,
+    HeatConduction,
+    Heater,
+    HeatSource,
+    XSPHViscosity,
+)
+from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
+from pysph_boiling.schemes.options import add_options, apply_options, option_table
+from pysph_boiling.schemes.pbf import PBFScheme
+from pysph_boiling.schemes.stages import STAGES
+
+DX = 0.01
+FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6)}
+CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
+
+# What each effect of FULL adds, and nobody else: kernels, properties, constants, columns of the results.
+OWNS = {
+    "density": (
+        "PBFDensity PBFBoundaryDensity PBFLambda PBFPositionCorrection PBFBoundaryCorrection PBFMove PBFBodyForce",
+        "au av aw sx sy sz lmbda compression gcx gcy gcz gc2 dpx dpy dpz limited",
+        "density_error sweeps", "sweeps density_error_mean density_error_max n_limited"),
+    "container": ("PBFBoxContainer", "projected", "", "n_projected"),
+    "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
+    "heat": ("HeatConduction HeatUpdate", "e T k ae", "heat_dt",
+             "T_mean T_max energy energy_in energy_out energy_model_leak energy_residual heat_subcycles"),
+    "heater": ("HeatFixedTemperature", "q_heater", "heater_on heater_T", "energy_heater"),
+    "loss": ("HeatAmbientLoss", "gsx gsy gsz q_loss", "", "energy_loss"),
+    "source": ("HeatSource", "q_source", "", "energy_source"),
+    "phases": (
+        "PhaseTemperatureHold PhaseKineticReset PhaseVapourCondition PhaseEdgesHold",
+        "phase kinetic vaporised interrupted e_lat", "",
+        "n_liquid n_transition n_superheated n_vapour energy_liquid energy_transition energy_superheated energy_vapour "
+        "n_nucleated n_interrupted energy_hidden"),
+    "nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
+    "bubbles": ("BubbleStart BubbleSnap BubbleHook BubbleShortcut BubbleCheck BubbleLabel",
+                "parent grandparent unsettled bubble bubble_n", "bubble_rounds",
+                "n_bubbles bubble_radius_mean n_single_bubbles"),
+    "buoyancy": ("BubbleBuoyancy", "", "", ""),
+    "tension": ("BubbleCohesion", "", "", ""),
+    "adhesion": ("BubbleSiteAdhesion", "", "", ""),
+    "drag": ("BubbleDrag", "", "", ""),
+    "venting": ("VentingFilm VentingFree VentingRelease", "film covered free",
+                "energy_vented mass_vented n_vented n_bubbles_vented", "energy_lid n_vented n_bubbles_vented"),
+}
+LEDGER = {"mass", "mass_out", "mass_residual"}  # columns of every run
+
+
+def make(cls=BoilingScheme, effects=None, dt=1e-3, **kwargs):
+    """A scheme, its arrays and its equations, ready to compile."""
+    if cls is BoilingScheme:
+        kwargs.setdefault("sites", ["sites"] if "nucleation" in (effects or {}) else [])
+    scheme = cls(["fluid"], ["wall"], dim=2, spacing=DX, **(effects or {}), **kwargs)
+    common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
+    corners = (0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0)
+    arrays = [fluid_block(*corners, **common),
+              box_vessel(*corners, kernel=scheme.kernel, heated_fraction=0.5, **common)]
+    if scheme.sites:
+        arrays.append(site_array([(3 * DX, 0.0, 0.0)], reach=2.4 * DX, spacing=DX))
+    scheme.setup_properties(arrays)
+    scheme.configure_solver(dt=dt)
+    return scheme, arrays, scheme.get_equations()
+
+
+def sources(scheme, arrays, equations):
+    """The generated source of every stage, without compiling it."""
+    compiler = SPHCompiler(make_acceleration_evals(arrays, equations, scheme.kernel), scheme.solver.integrator)
+    return [compiler._get_code(), *(helper.get_code() for helper in compiler.acceleration_eval_helpers[1:])]
+
+
+def without(slot):
+    """FULL without an effect and those that need it; the density constraint is there unless it is ``None``."""
+    absent = {slot}
+    while True:
+        more = {name for name, effect in FULL.items() if absent & set(effect.requires)} - absent
+        if not more:
+            break
+        absent |= more
+    effects = {name: effect for name, effect in FULL.items() if name not in absent}
+    return effects if slot != "density" else {**effects, "density": None}
+
+
+def subgroups(equations):
+    """(parent, sub-group) of all stages."""
+    return [(parent, group) for stage in equations.groups for parent in stage for group in parent.equations]
+
+
+# --- what a scene has -------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("slot", [*BoilingScheme.slots, "nothing"])
+def test_absent_effect_adds_nothing(slot):
+    """Kernels, properties, constants, columns and groups are exactly those of the effects that are present."""
+    scheme, arrays, equations = make(effects=without(slot))
+    assert slot not in scheme.effects
+    kernels, properties, constants, columns = (
+        {name for present in scheme.effects for name in OWNS[present][kind].split()} for kind in range(4))
+    if "heat" in scheme.effects and "phases" not in scheme.effects:
+        kernels |= {"HeatTemperature"}
+    if "density" not in scheme.effects:
+        kernels -= {"NucleationSiteAttraction"}
+    terms = scheme.terms()
+    assert {type(term.equation).__name__ for term in terms} == kernels
+    assert {term.owner for term in terms} == set(scheme.effects)
+    assert set(arrays[0].properties) == properties | {row.name for row in BASE_PROPERTIES} | set(PYSPH_PROPERTIES)
+    assert set(arrays[0].constants) == constants
+    assert {column.name for column in Ledger(scheme).columns} == columns | LEDGER
+    assert {group.name for _, group in subgroups(equations)} == {term.place.replace(".", "_") for term in terms}
+    assert {type(e).__name__ for _, group in subgroups(equations) for e in group.equations} == kernels
+
+
+def test_every_slot_is_tested():
+    assert set(OWNS) == set(BoilingScheme.slots) == {"density", *FULL}
+
+
+def test_stage_without_terms_is_not_built():
+    scheme, _, equations = make(effects=sets.SETS["slab"])
+    assert len(equations.groups) == 1 and list(scheme.integrator.stages) == ["heat"]
+
+
+def test_boiling_scheme_without_effects_is_the_pbf_scheme():
+    effects = sets.SETS["motion"]
+    pbf, boiling = make(PBFScheme, effects, rho0=958.0), make(BoilingScheme, effects)
+    assert [(t.place, t.owner, type(t.equation)) for t in pbf[0].terms()] == \
+           [(t.place, t.owner, type(t.equation)) for t in boiling[0].terms()]
+    assert set(pbf[1][0].properties) == set(boiling[1][0].properties)
+    assert sources(*pbf) == sources(*boiling)
+
+
+@pytest.mark.parametrize("name", sets.SETS)
+def test_source_is_the_same_when_built_again(name):
+    """The source is the key of PySPH's cache: nothing in it may depend on what was built before."""
+    assert sources(*make(effects=sets.SETS[name])) == sources(*make(effects=sets.SETS[name]))
+
+
+def test_describe_names_stages_groups_and_owners():
+    scheme, _, _ = make(effects=FULL)
+    lines = scheme.describe().splitlines()
+    for term in scheme.terms():
+        stage, group = term.place.split(".")
+        assert any(line.startswith(f"stage {stage} (") for line in lines)
+        assert any(line.strip("*- ").startswith(f"{group}: ") for line in lines)
+        assert any(type(term.equation).__name__ in line and line.endswith(f"for {term.owner}") for line in lines)
+    starred = {line.split()[1].rstrip(":") for line in lines if line.startswith("  * ")}
+    assert starred == {"multiplier", "correction", "snap", "hook", "shortcut", "check"}
+    assert "stage bubbles" not in make(effects=sets.SETS["motion"])[0].describe()
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("slot", "needed"), [(cls.slot, needed) for cls in CLASSES for needed in cls.requires])
+def test_missing_effect_is_named(slot, needed):
+    scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **without(needed), **{slot: FULL[slot]})
+    with pytest.raises(ValueError, match=f"'{slot}'.* needs the effect '{needed}': pass {needed}="):
+        scheme.terms()
+
+
+@pytest.mark.parametrize(("build", "message"), [
+    (lambda: make(effects=dict(drags=Drag())), "BoilingScheme has no effect 'drags'; it knows density, container"),
+    (lambda: make(PBFScheme, dict(heat=HeatConduction())), "PBFScheme has no effect 'heat'; it knows density"),
+    (lambda: make(effects=dict(heat=Drag())), "effect 'heat' must be HeatConduction or None, got Drag"),
+    (lambda: make(effects=dict(container=Drag())), "must be BoxContainer or CylinderContainer or None"),
+    (lambda: Drag().replaced(speed=1.0), "drag between phases has no parameter speed"),
+    (lambda: Heater(temperature=400.0, flux=1e4), r"exactly one of temperature \[K\] and flux \[W/m\^2\]"),
+    (lambda: Heater(), r"exactly one of temperature \[K\] and flux \[W/m\^2\]"),
+    (lambda: BoxContainer(lower=(0.0, 0.0)), "must hold three lengths"),
+])
+def test_refused(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()
+
+
+BOUNDED = [(cls, spec, bound) for cls in CLASSES for spec in dataclasses.fields(cls)
+           for bound in ("low", "high", "above") if spec.metadata[bound] is not None]
+
+
+@pytest.mark.parametrize(("cls", "spec", "bound"), BOUNDED, ids=[f"{c.slot}.{s.name}-{b}" for c, s, b in BOUNDED])
+def test_value_beyond_its_bound_is_refused(cls, spec, bound):
+    limit = spec.metadata[bound]
+    beyond = limit if bound == "above" else limit + (1 if bound == "high" else -1)
+    unit = "" if spec.metadata["unit"] == "-" else f" {spec.metadata['unit']}"
+    for value, what in ((beyond, ">" if bound == "above" else ">=" if bound == "low" else "<="), (math.nan, "finite")):
+        with pytest.raises(ValueError) as error:
+            cls(**{spec.name: value})
+        assert str(error.value).startswith(f"{cls.slot}.{spec.name} must be {what}")
+        assert str(error.value).endswith(f"{unit}, got {float(value)}{unit}" if what != "finite" else f"got nan{unit}")
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+
+def parse(*arguments):
+    parser = argparse.ArgumentParser(exit_on_error=False)
+    add_options(parser, BoilingScheme.slots)
+    return parser.parse_args(list(arguments))
+
+
+def plain(cls):
+    """An effect with its defaults; a heater has none."""
+    return cls(temperature=400.0) if cls is Heater else cls()
+
+
+def another(cls, spec):
+    """A valid value of a parameter other than its default, as (text, value)."""
+    if spec.metadata["choices"]:
+        value = next(choice for choice in spec.metadata["choices"] if choice != spec.default)
+        return value, value
+    if isinstance(spec.default, bool):
+        return ("no", False) if spec.default else ("yes", True)
+    if isinstance(spec.default, tuple):
+        value = tuple(v + 0.5 for v in spec.default)
+        return ",".join(map(str, value)), value
+    for value in (4.0, 3, 1.3, 0.3):
+        try:
+            plain(cls).replaced(**{spec.name: value})
+        except ValueError:
+            continue
+        if value != spec.default and not (isinstance(spec.default, int) and isinstance(value, float)):
+            return str(value), value
+    raise AssertionError(f"no value found for {cls.slot}.{spec.name}")
+
+
+PARAMETERS = [(cls, spec) for cls in CLASSES for spec in dataclasses.fields(cls)]
+
+
+@pytest.mark.parametrize(("cls", "spec"), PARAMETERS, ids=[f"{c.__name__}.{s.name}" for c, s in PARAMETERS])
+def test_every_parameter_arrives(cls, spec):
+    rows = [row for row in option_table(BoilingScheme.slots) if row[:2] == (cls.slot, spec.name)]
+    assert len(rows) == 1, "one option a parameter"
+    text, value = another(cls, spec)
+    effects = {"phases": FULL["phases"], cls.slot: plain(cls)}
+    result = apply_options(parse(f"{rows[0][2]}={text}"), effects, BoilingScheme.slots)
+    assert type(result[cls.slot]) is cls and getattr(result[cls.slot], spec.name) == value
+    changed = {s.name for s in dataclasses.fields(cls) if getattr(result[cls.slot], s.name) !=
+               getattr(effects[cls.slot], s.name)}
+    assert changed - {spec.name} <= ({"temperature"} if spec.name == "flux" else set())
+    assert all(result[slot] == effects[slot] for slot in effects if slot != cls.slot)
+
+
+def test_table_has_nothing_but_the_parameters():
+    table = {(slot, name) for slot, name, *_ in option_table(BoilingScheme.slots)}
+    assert table == {(cls.slot, spec.name) for cls, spec in PARAMETERS}
+
+
+def test_no_option_changes_nothing():
+    assert apply_options(parse(), FULL, BoilingScheme.slots) == FULL
+
+
+@pytest.mark.parametrize("slot", [slot for slot in FULL if slot != "heater"])
+def test_switches(slot):
+    off = apply_options(parse(f"--no-{slot}"), FULL, BoilingScheme.slots)
+    assert off == {name: effect for name, effect in FULL.items() if name != slot}
+    on = apply_options(parse(f"--{slot}"), off, BoilingScheme.slots)
+    assert on[slot] == EFFECTS[slot][0]()
+
+
+@pytest.mark.parametrize(("arguments", "effects", "message"), [
+    (["--no-drag", "--drag.rate=3"], FULL, "--no-drag and --drag.rate contradict each other"),
+    (["--heater"], {}, "heater: give exactly one"),
+    (["--heater.flux=1", "--heater.temperature=400"], FULL, "heater: give exactly one"),
+    (["--container.radius=1"], FULL, "box container has no parameter radius"),
+    (["--container.radius=1", "--container.upper=1,1,1"], {}, "no form of 'container' takes all of radius, upper"),
+    (["--drag.rate=-1"], FULL, r"drag.rate must be >= 0.0 1/s, got -1.0 1/s"),
+    (["--density.min-sweeps=9"], {"density": EFFECTS["density"][0]()}, "min_sweeps = 9 is above density.max_sweeps"),
+])
+def test_contradictory_options(arguments, effects, message):
+    with pytest.raises(ValueError, match=message):
+        apply_options(parse(*arguments), effects, BoilingScheme.slots)
+
+
+def test_parameter_switches_its_effect_on():
+    result = apply_options(parse("--container.radius=0.2"), {}, BoilingScheme.slots)
+    assert result == {"container": CylinderContainer(radius=0.2)}
+
+
+def test_flux_takes_the_place_of_the_temperature():
+    result = apply_options(parse("--heater.flux=2e4"), FULL, BoilingScheme.slots)
+    assert result["heater"] == Heater(flux=2e4)
+    assert FULL["heater"].replaced(temperature=400.0) == Heater(temperature=400.0)
+
+
+# --- groups that compile on every backend -----------------------------------------------------------------------------
+
+@pytest.mark.parametrize("name", sets.SETS)
+def test_groups_suit_every_backend(name):
+    scheme, _, equations = make(effects=sets.SETS[name])
+    parents = [parent for stage in equations.groups for parent in stage]
+    for parent in parents:
+        assert parent.has_subgroups and not parent.update_nnps
+        assert parent.pre is None and parent.post is None and parent.condition is None
+    for parent, group in subgroups(equations):
+        assert not group.has_subgroups and not group.iterate
+        assert not (parent.iterate and group.condition is not None)
+    names = [group.name for group in parents] + [group.name for _, group in subgroups(equations)]
+    assert len(set(names)) == len(names) and not any(name.startswith("Group") for name in names)
+    assert {parent.name for parent in parents if parent.iterate} == \
+           {f"{stage.name}{n}" for stage in STAGES for n, block in enumerate(stage.blocks) if block.iterate
+            and stage.name in scheme.integrator.stages}
+
+
+def test_sweeps_are_limited_as_asked():
+    effects = {**sets.SETS["motion"], "density": EFFECTS["density"][0](min_sweeps=3, max_sweeps=5)}
+    (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_correction"]
+    assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 5)
+
+
+# --- ghosts -----------------------------------------------------------------------------------------------------------
+
+def refreshed(equations):
+    """Group name -> what its ghosts get once it has run."""
+    return {group.name: hook.names for _, group in subgroups(equations) for hook in group.post or ()
+            if isinstance(hook, GhostRefresh)}
+
+
+def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_read():
+    found = refreshed(make(effects=FULL)[2])
+    assert found["density_multiplier"] == ("lmbda",) and found["density_correction"] == ("x", "y", "z")
+    assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e",)
+    assert found["phases_edges"] == ("phase", "T")
+    assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)
+
+
+def test_refresh_returns_at_once_without_ghosts(monkeypatch):
+    scheme, arrays, equations = make(effects=FULL)
+    monkeypatch.setattr(Ghosts, "refresh", lambda *_: pytest.fail("refreshed without ghosts"))
+    scheme.ghosts.arrays = arrays[:1]
+    scheme.ghosts.search_done()
+    hooks = [hook for _, group in subgroups(equations) for hook in group.post or () if isinstance(hook, GhostRefresh)]
+    assert hooks and all(hook.ghosts is scheme.ghosts for hook in hooks)
+    for hook in hooks:
+        hook()
+
+
+def test_refresh_copies_to_the_images_and_keeps_their_shift():
+    fluid = fluid_block((0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0), spacing=DX, dim=2, rho0=1000.0)
+    n = fluid.get_number_of_particles()
+    domain = DomainManager(xmin=0.0, xmax=6 * DX, ymin=0.0, ymax=6 * DX, periodic_in_x=True, periodic_in_y=True)
+    nnps = LinkedListNNPS(dim=2, particles=[fluid], radius_scale=2.0, domain=domain)
+    nnps.update()
+    ghosts = Ghosts()
+    ghosts.arrays = [fluid]
+    ghosts.search_done()
+    assert fluid.get_number_of_particles() > 2 * n
+    values = {name: fluid.get(name, only_real_particles=False) for name in ("x", "y", "u", "v", "uid")}
+    uid = values["uid"]
+    before = values["x"].copy()
+    values["x"][:n] += 0.001 * np.arange(n)
+    values["u"][:n] = np.arange(n)
+    values["v"][:n] = np.arange(n)
+    GhostRefresh(ghosts, ("x", "y", "z", "u"))()
+    np.testing.assert_array_equal(values["u"][n:], uid[n:])
+    np.testing.assert_allclose(values["x"][n:] - before[n:], 0.001 * uid[n:], atol=1e-15)
+    assert not np.any(values["v"][n:]), "only what was named"
+
+
+# --- warnings ---------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("effects", "kwargs", "message"), [
+    (sets.BOIL, dict(dt=3e-3), r"tension.strength g dt\^2/spacing = 0.071 is above 0.05: bubbles get noisy;"),
+    (sets.BOIL, dict(dt=5e-3), r"tension.strength g dt\^2/spacing = 0.2 is above 0.05: bubbles get noisy and shred;"),
+    (dict(viscosity=XSPHViscosity(rate=600.0)), {}, r"viscosity.rate \* dt = 0.6 is above 0.5"),
+    ({**sets.BOIL, "drag": Drag(rate=600.0)}, {}, r"drag.rate \* dt = 0.6 is above 0.5"),
+    (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy: without gravity it does nothing"),
+])
+def test_warnings(effects, kwargs, message):
+    with pytest.warns(UserWarning, match=message):
+        make(effects=effects, **kwargs)
+
+
+@pytest.mark.parametrize("name", sets.SETS)
+def test_no_warning_at_the_suggested_time_step(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        make(effects=sets.SETS[name], dt=None)
