@@ -1,0 +1,253 @@
+"""Particle factories: blocks, vessels, sites; what they hold, and what they refuse."""
+import numpy as np
+import pytest
+from pysph.base.kernels import CubicSpline, WendlandQuintic
+
+from pysph_boiling.particles import (
+    BASE_PROPERTIES,
+    NO_BUBBLE,
+    Property,
+    add_properties,
+    akinci_volume,
+    box_vessel,
+    cylinder_vessel,
+    fluid_array,
+    fluid_block,
+    lattice_density,
+    site_array,
+    sites_on_base,
+    wall_array,
+)
+
+DX, RHO0 = 0.01, 958.0
+ROUND_OFF = 1e-12
+
+
+def place(pa):
+    """Positions (n, 3)."""
+    return np.stack([pa.x, pa.y, pa.z], -1)
+
+
+# --- fluid ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dim, upper, count", [(2, (0.05, 0.03), 15), (3, (0.05, 0.03, 0.02), 30), (2, (0.01, 0.01), 1)])
+def test_block_fills_its_box_with_a_lattice(dim, upper, count):
+    block = fluid_block((0.0,) * dim, upper, spacing=DX, dim=dim, rho0=RHO0, hdx=1.3)
+    points = place(block)
+    assert len(points) == count == len(np.unique(points.round(9), axis=0))
+    np.testing.assert_allclose(points[:, :dim].min(0), 0.5 * DX, rtol=ROUND_OFF)
+    np.testing.assert_allclose(points[:, :dim].max(0), np.array(upper) - 0.5 * DX, rtol=ROUND_OFF)
+    assert not points[:, dim:].any()
+    np.testing.assert_array_equal(block.uid, np.arange(count))
+    assert block.m.sum() == pytest.approx(RHO0 * np.prod(upper), rel=ROUND_OFF)  # the mass of what it fills
+    np.testing.assert_allclose(block.h, 1.3 * DX, rtol=1e-15)
+
+
+def test_block_jitter_is_bounded_and_reproducible():
+    def block(seed, jitter=0.2):
+        return place(fluid_block((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, jitter=jitter, seed=seed))
+
+    moved = block(1) - block(1, jitter=0.0)
+    assert 0.1 * DX < np.abs(moved).max() <= 0.2 * DX and not moved[:, 2].any()
+    np.testing.assert_array_equal(block(1), block(1))
+    assert np.any(block(1) != block(2))
+
+
+def test_block_keeps_what_is_inside():
+    block = fluid_block((-0.05, -0.05), (0.05, 0.05), spacing=DX, dim=2, rho0=RHO0,
+                        inside=lambda points: np.hypot(points[:, 0], points[:, 1]) < 0.031)
+    assert len(block.x) == 32 and np.hypot(block.x, block.y).max() < 0.031
+    np.testing.assert_array_equal(block.uid, np.arange(32))
+
+
+def test_uid_and_no_bubble_fit_their_type():
+    pa = fluid_array(np.zeros((2, 3)), spacing=DX, dim=2, rho0=RHO0)
+    assert NO_BUBBLE == np.iinfo(pa.uid.dtype).max and pa.uid.dtype == np.uint32
+    pa.uid[1] = NO_BUBBLE
+    assert pa.uid[1] == NO_BUBBLE and pa.uid[1] > 2**31
+
+
+@pytest.mark.parametrize("points, changes, message", [
+    (np.zeros((0, 3)), {}, "particle array 'fluid' is empty"),
+    ([[0.0, np.nan, 0.0]], {}, "positions of 'fluid' hold NaN or Inf"),
+    ([[0.0, 0.0]], {}, r"positions of 'fluid' must have shape \(n, 3\), got \(1, 2\)"),
+    ([[0.0] * 3], dict(spacing=0.0), "spacing must be > 0 m, got 0.0 m"),
+    ([[0.0] * 3], dict(spacing=np.inf), "spacing must be > 0 m, got inf m"),
+    ([[0.0] * 3], dict(rho0=-1.0), r"rho0 must be > 0 kg/m\^3, got -1.0"),
+])
+def test_cloud_that_cannot_be_is_refused(points, changes, message):
+    with pytest.raises(ValueError, match=message):
+        fluid_array(points, **{**dict(spacing=DX, dim=2, rho0=RHO0), **changes})
+
+
+@pytest.mark.parametrize("upper, spacing, message", [
+    ((0.1, 0.1), 0.0, "spacing must be > 0 m, got 0.0 m"),
+    ((0.1, 0.1), -0.01, "spacing must be > 0 m, got -0.01 m"),
+    ((0.1, -0.1), 0.01, "particle array 'fluid' is empty"),
+    ((0.1, 0.004), 0.01, "particle array 'fluid' is empty"),
+])
+def test_block_that_cannot_be_is_refused(upper, spacing, message):
+    with pytest.raises(ValueError, match=message):
+        fluid_block((0.0, 0.0), upper, spacing=spacing, dim=2, rho0=RHO0)
+
+
+def test_properties_are_added_once_and_state_is_written():
+    pa = fluid_array(np.zeros((2, 3)), spacing=DX, dim=2, rho0=RHO0)
+    pa.uid[:] = [5, 7]
+    add_properties(pa, [*BASE_PROPERTIES, Property("e", "J/kg", "", state=True), Property("tmp", "-", "", "int")])
+    np.testing.assert_array_equal(pa.uid, [5, 7])
+    assert {"e", "uid", "x"} <= set(pa.output_property_arrays) and "tmp" not in pa.output_property_arrays
+    assert pa.tmp.dtype == np.int32
+
+
+# --- lattice and walls ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("kernel", [CubicSpline, WendlandQuintic])
+def test_lattice_density_is_that_of_a_large_block(kernel, dim):
+    kernel, grad = kernel(dim=dim), [0.0, 0.0, 0.0]
+    points = place(fluid_block((-3.5,) * dim, (3.5,) * dim, spacing=1.0, dim=dim, rho0=1.0))
+    density = squares = 0.0
+    for point in points:
+        r = float(np.linalg.norm(point))
+        density += kernel.kernel(point, r, 1.2)
+        kernel.gradient(point, r, 1.2, grad)
+        squares += np.dot(grad, grad)
+    np.testing.assert_allclose(lattice_density(kernel, dim=dim, hdx=1.2), (density, squares), rtol=ROUND_OFF)
+    assert density == pytest.approx(1.0, abs=0.02)  # a lattice of unit volumes: the kernel integrates to 1
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_akinci_volume_of_a_lone_particle_and_of_a_plane(dim):
+    kernel, h = CubicSpline(dim=dim), 1.2 * DX
+    lone = akinci_volume(np.array([[0.3, 0.2, 0.1 * (dim - 2)]]), kernel, h=h, dim=dim)
+    np.testing.assert_allclose(lone, 1.0 / kernel.kernel([0.0] * 3, 0.0, h), rtol=ROUND_OFF)
+
+    plane = place(fluid_block((-0.045,) * (dim - 1), (0.045,) * (dim - 1), spacing=DX, dim=dim - 1, rho0=1.0))
+    total = sum(kernel.kernel(point, float(np.linalg.norm(point)), h) for point in plane)
+    volume = akinci_volume(plane, kernel, h=h, dim=dim)
+    middle = np.linalg.norm(plane, axis=1) < 1e-9
+    # the distances over h are rounded to nine digits; the kernel then varies by some 1e-9
+    np.testing.assert_allclose(volume[middle], [1.0 / total], rtol=1e-8)
+    assert np.all(volume >= volume[middle] * (1.0 - 1e-8))  # fewer neighbours at the rim: a larger volume
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rest_lattice_that_touches_a_flat_wall_reads_rest_density(dim):
+    kernel, h = CubicSpline(dim=dim), 1.2 * DX
+    box = (-0.055,) * (dim - 1)
+    fluid = fluid_block((*box, 0.0), (*(-v for v in box), 0.05), spacing=DX, dim=dim, rho0=RHO0)
+    wall = wall_array(place(fluid_block((*box, -0.02), (*(-v for v in box), 0.0), spacing=DX, dim=dim, rho0=RHO0)),
+                      spacing=DX, dim=dim, rho0=RHO0, kernel=kernel)
+    first = np.array([0.0] * (dim - 1) + [0.5 * DX] + [0.0] * (3 - dim))
+    rho = sum(m * kernel.kernel(first - p, float(np.linalg.norm(first - p)), h)
+              for pa in (fluid, wall) for p, m in zip(place(pa), pa.m))
+    # the same nine digits as above
+    assert rho == pytest.approx(RHO0 * lattice_density(kernel, dim=dim, hdx=1.2)[0], rel=1e-8)
+
+
+def open_box(points, lower, upper):
+    """Which points lie in the box, which has no lid."""
+    inside = np.all((points > lower) & (points < upper), axis=1)
+    return inside | (np.all((points > lower) & (points < upper), axis=1, where=[True] * (points.shape[1] - 1) + [False])
+                     & (points[:, -1] > lower[-1]))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("layers", [1, 2, 3])
+def test_box_vessel_is_hollow_and_closed_but_for_its_top(dim, layers):
+    lower, upper = np.array([0.1, -0.05, 0.2])[:dim], np.array([0.18, 0.01, 0.25])[:dim]
+    wall = box_vessel(lower, upper, spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), layers=layers,
+                      heated_fraction=0.5)
+    points = place(wall)[:, :dim]
+    assert not open_box(points, lower, upper).any()
+    cells = np.array([8, 6, 5])[:dim]
+    grown = cells + 2 * layers * (np.arange(dim) < dim - 1) + layers * (np.arange(dim) == dim - 1)
+    assert len(points) == len(np.unique(points.round(9), axis=0)) == np.prod(grown) - np.prod(cells)
+    outside = np.maximum(lower - points, points - upper).max(1)
+    assert outside.min() == pytest.approx(0.5 * DX, rel=1e-9)  # the first layer: half a spacing behind the face
+    assert points[:, -1].max() < upper[-1]
+
+    hot = points[wall.heated == 1]
+    assert len(hot) == np.prod(cells[:-1] / 2 + (cells[:-1] / 2) % 2)  # the cells with centres in the middle half
+    np.testing.assert_allclose(hot[:, -1], lower[-1] - 0.5 * DX, rtol=ROUND_OFF)
+    middle = 0.5 * (lower + upper)
+    assert np.all(np.abs(hot - middle)[:, :-1] < 0.25 * (upper - lower)[:-1])
+
+
+def test_box_vessel_without_heated_fraction_is_cold():
+    assert not box_vessel((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, kernel=CubicSpline(dim=2)).heated.any()
+
+
+def test_cylinder_vessel_is_hollow_and_closed_but_for_its_top():
+    radius, height = 0.05, 0.06
+    wall = cylinder_vessel(radius, height, spacing=DX, rho0=RHO0, kernel=CubicSpline(dim=3), heated_fraction=0.5)
+    points, r = place(wall), np.hypot(wall.x, wall.y)
+    side, floor = r > radius, r <= radius
+    assert np.all(points[floor, 2] < 0.0) and points[:, 2].max() < height  # nothing inside, no lid
+    np.testing.assert_allclose(np.unique(r[side].round(9)), [radius + 0.5 * DX, radius + 1.5 * DX], rtol=1e-7)
+    np.testing.assert_allclose(np.unique(points[:, 2].round(9)), DX * (np.arange(-2, 6) + 0.5), rtol=1e-7)
+    for z in (-0.5 * DX, -1.5 * DX):  # each layer of the floor has its area, to a ring of half a spacing
+        count = np.count_nonzero(floor & np.isclose(points[:, 2], z))
+        assert np.pi * (radius - 0.5 * DX) ** 2 < count * DX**2 < np.pi * (radius + 0.5 * DX) ** 2
+    ring = points[side & np.isclose(points[:, 2], 0.5 * DX) & np.isclose(r, radius + 0.5 * DX)]
+    gaps = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    assert np.all(gaps <= DX) and np.all(gaps > 0.9 * DX)
+    hot = wall.heated == 1
+    np.testing.assert_array_equal(hot, (r < 0.5 * radius) & (points[:, 2] > -DX) & (points[:, 2] < 0.0))
+    assert hot.any()
+
+
+# --- sites ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("pattern", ["regular", "random"])
+@pytest.mark.parametrize("count", [1, 2, 5, 7, 12, 50])
+def test_sites_lie_apart_on_the_floor(count, pattern, dim):
+    lower, upper = np.array([0.1, -0.2, 0.3])[:dim], np.array([0.5, 0.2, 0.6])[:dim]
+    sites = sites_on_base(count, lower=lower, upper=upper, dim=dim, pattern=pattern, seed=3)
+    assert sites.shape == (count, 3)
+    np.testing.assert_array_equal(sites[:, dim - 1], lower[-1])
+    assert np.all((sites[:, :dim - 1] > lower[:-1]) & (sites[:, :dim - 1] < upper[:-1]))
+    assert not sites[:, dim:].any()
+    if count > 1:
+        near = np.linalg.norm(sites[:, None] - sites, axis=2)[~np.eye(count, dtype=bool)].min()
+        # each has a cell to itself; at random it keeps 15 % of the cell clear on either side
+        cell = 0.4 / count if dim == 2 else 0.4 / (count // int(np.sqrt(count)) + 1)
+        assert near >= (1.0 if pattern == "regular" else 0.3) * cell * (1.0 - 1e-9)
+
+
+def test_regular_sites_by_hand():
+    """2-D: the middles of equal parts. 3-D: rows of a near-square grid, the first rows one longer."""
+    flat = sites_on_base(4, lower=(0.0, 1.0), upper=(8.0, 9.0), dim=2)
+    np.testing.assert_allclose(flat, [[1, 1, 0], [3, 1, 0], [5, 1, 0], [7, 1, 0]], rtol=ROUND_OFF)
+    grid = sites_on_base(5, lower=(0.0, 0.0, 2.0), upper=(12.0, 4.0, 9.0), dim=3)
+    np.testing.assert_allclose(grid, [[2, 1, 2], [6, 1, 2], [10, 1, 2], [3, 3, 2], [9, 3, 2]], rtol=ROUND_OFF)
+
+
+def test_random_sites_are_reproducible():
+    def sites(seed):
+        return sites_on_base(9, lower=(0, 0, 0), upper=(1, 1, 1), dim=3, pattern="random", seed=seed)
+
+    np.testing.assert_array_equal(sites(4), sites(4))
+    assert np.all(sites(4)[:, :2] != sites(5)[:, :2])
+
+
+@pytest.mark.parametrize("count, pattern, message", [
+    (0, "regular", "number of nucleation sites must be a whole number >= 1, got 0"),
+    (2.5, "regular", "number of nucleation sites must be a whole number >= 1, got 2.5"),
+    (3, "hexagonal", "pattern of sites must be 'regular' or 'random', got 'hexagonal'"),
+])
+def test_sites_that_cannot_be_are_refused(count, pattern, message):
+    with pytest.raises(ValueError, match=message):
+        sites_on_base(count, lower=(0, 0), upper=(1, 1), dim=2, pattern=pattern)
+
+
+def test_sites_reach_as_far_as_asked():
+    sites = site_array([[0.0, 0.0, 0.0]], reach=2.4 * DX, spacing=DX, radius_scale=2.0)
+    assert sites.name == "sites" and sites.h[0] * 2.0 == pytest.approx(2.4 * DX, rel=1e-15)
+    with pytest.raises(ValueError, match="reach of the sites must be > 0 m, got 0.0 m"):
+        site_array([[0.0] * 3], reach=0.0, spacing=DX)
