@@ -27,9 +27,13 @@ def scene_class(name):
 
 
 def openmp_arguments(arguments):
-    """``--openmp`` unless a backend was chosen or there is one core only."""
-    chosen = {"--openmp", "--no-openmp", "--opencl", "--cuda"}
-    return [] if chosen & set(arguments) or (os.cpu_count() or 1) < 2 else ["--openmp"]
+    """``--openmp`` on Linux, unless a backend was chosen or there is one core only.
+
+    Elsewhere the compiler may not support it; there it is one's own choice.
+    """
+    chosen = {"--openmp", "--no-openmp", "--opencl", "--cuda"} & set(arguments)
+    useful = sys.platform.startswith("linux") and (os.cpu_count() or 1) > 1
+    return ["--openmp"] if useful and not chosen else []
 
 
 def list_scenes():
@@ -89,13 +93,21 @@ def main(argv=None):
 
         print(__version__)
         return 0
-    if command not in commands:
+    if command in ("--help", "-h"):
         print(USAGE, end="")
-        return 0 if command in ("--help", "-h") else 2
+        return 0
+    if command not in commands:
+        print(f"pysph-boiling: no command '{command}'\n{USAGE}", end="", file=sys.stderr)
+        return 2
     try:
         commands[command](rest)
-    except (ValueError, FileNotFoundError) as error:
+    except (ValueError, OSError) as error:
         print(f"pysph-boiling: {error}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as error:
+        if error.name not in ("pyopencl", "pycuda"):
+            raise
+        print(f"pysph-boiling: this backend needs the package '{error.name}', which is not installed", file=sys.stderr)
         return 2
     except AssertionError as error:
         print(f"pysph-boiling: the final check failed: {error}", file=sys.stderr)

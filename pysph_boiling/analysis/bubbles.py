@@ -82,15 +82,15 @@ class Departures(Tool):
     """Records each bubble that leaves the base: ``events`` is a list of (time [s], particles).
 
     A bubble is aloft when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when it
-    is aloft and most of its particles were not, one step before; so a bubble that splits or merges on its way up does
-    not depart again.
+    is aloft and most of its particles were in a bubble at the base one step before; so a bubble that splits or merges
+    on its way up does not depart again, and vapour that is made aloft does not depart at all.
     """
 
     def __init__(self, scheme, clearance):
         self.scheme, self.clearance = scheme, clearance
         self.up = np.array(scheme.scene().up)
         self.base = None
-        self.aloft = np.zeros(0, np.uint32)
+        self.attached = np.zeros(0, np.uint32)  # uids in bubbles at the base, one step before
         self.events = []
 
     def post_step(self, solver):
@@ -105,13 +105,13 @@ class Departures(Tool):
             parts["height"].append(np.stack([pa.x[vapour], pa.y[vapour], pa.z[vapour]], -1) @ self.up - self.base)
         uid, bubble, height = (np.concatenate(parts[name]) for name in ("uid", "bubble", "height"))
         if len(uid) == 0:
-            self.aloft = uid
+            self.attached = uid
             return
         _, index, size = np.unique(bubble, return_inverse=True, return_counts=True)
         lowest = np.full(len(size), np.inf)
         np.minimum.at(lowest, index, height)
         up_now = lowest > self.clearance
-        before = np.bincount(index, weights=np.isin(uid, self.aloft), minlength=len(size))
-        for n in size[up_now & (before < 0.5 * size)]:
+        before = np.bincount(index, weights=np.isin(uid, self.attached), minlength=len(size))
+        for n in size[up_now & (before > 0.5 * size)]:
             self.events.append((solver.t + solver.dt, int(n)))
-        self.aloft = uid[up_now[index]]
+        self.attached = uid[~up_now[index]]

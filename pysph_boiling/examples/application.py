@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from compyle.config import get_config
+from pysph.base import kernels
 from pysph.base.nnps import get_number_of_threads
 from pysph.solver.application import Application
 from pysph.solver.tools import Tool
@@ -126,9 +127,10 @@ class SceneApplication(Application):
 
     def add_user_options(self, group):
         group.set_defaults(variant=None)
+        variants = group.add_mutually_exclusive_group()
         for name in self.variants:
-            group.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
-                               help=f"the scene's '{name}' form")
+            variants.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
+                                  help=f"the scene's '{name}' form")
         for spec in dataclasses.fields(self.Parameters):
             meta = spec.metadata
             kind = type(spec.default) if isinstance(spec.default, (int, float, str)) else float
@@ -156,21 +158,32 @@ class SceneApplication(Application):
     def configure_scheme(self):
         if self.prepared is not None:  # PySPH asks again once the output folder exists
             return
-        options = self.options
+        options, p = self.options, self.parameters
         if options.nnps == "sfc" and options.cache_nnps:
             raise ValueError("--nnps sfc gives wrong neighbours when they are cached: use another one, such as ll")
-        if options.results_every < 1:
-            raise ValueError(f"--results-every must be >= 1 step, got {options.results_every}")
+        if options.loglevel not in self._log_levels:
+            raise ValueError(f"--loglevel must be one of {', '.join(self._log_levels)}; got {options.loglevel!r}")
+        for flag, steps in (("--results-every", options.results_every), ("--pfreq", options.freq)):
+            if steps is not None and steps < 1:
+                raise ValueError(f"{flag} must be >= 1 step, got {steps}")
+        step = dict(frame=p.frame, substeps=p.substeps)
+        if options.time_step is not None:
+            if getattr(options, "scene.substeps") is not None:
+                raise ValueError("--timestep and --substeps contradict each other")
+            if not 0.0 < options.time_step < np.inf:
+                raise ValueError(f"--timestep must be > 0 s, got {options.time_step} s")
+            step = dict(dt=options.time_step, pfreq=max(1, round(p.frame / options.time_step)))
         if self.num_procs > 1:
             raise ValueError("this version runs on one MPI rank only")
-        self.scheme = self.make_scheme(self.parameters)
+        self.scheme = self.make_scheme(p)
         self.scheme.consume_user_options(options)
+        if options.kernel is not None:  # rest densities and walls must be those of the kernel that runs
+            self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         elsewhere = [slot for slot, effect in self.scheme.effects.items() if not effect.on_device]
         if (options.with_opencl or options.with_cuda) and elsewhere:
             raise ValueError(f"on a device this version runs motion only; the scene asks for {', '.join(elsewhere)}: "
                              "leave out --opencl and --cuda")
-        self.scheme.configure_solver(
-            frame=self.parameters.frame, substeps=self.parameters.substeps, tf=self.parameters.duration)
+        self.scheme.configure_solver(tf=p.duration, **step)
 
     def create_particles(self):
         particles, self.prepared = self.prepared, None
@@ -184,13 +197,17 @@ class SceneApplication(Application):
         self.scheme.setup_properties(particles)
         self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)
         self.scheme.check(particles)
+        Ledger(self.scheme).check([pa for pa in particles if pa.name in self.scheme.fluids])
         self.prepared = particles
 
     def setup(self, argv=None):
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
-        if self.options.post_process is None and self.options.restart_file is None:
+        restart = self.options.restart_file
+        if restart is not None and not os.path.isfile(restart):
+            raise FileNotFoundError(f"--restart-file: no file {restart}")
+        if self.options.post_process is None and restart is None:
             self._configure_global_config()
             self._prepare()
         self.options.quiet = True  # progress and messages are ours
@@ -219,10 +236,14 @@ class SceneApplication(Application):
         from rich.console import Console
 
         console = Console(highlight=False)
-        self.setup(argv)
+        if argv is not None:
+            self.set_args(argv)
+        self._parse_command_line(force=argv is not None)
         if self.options.describe:
+            self._prepare()
             console.print(self.scheme.describe(), markup=False)
             return
+        self.setup()
         self.print_header(console)
         if self.options.restart_file is None and not self.options.disable_output:
             self._remove_earlier_output()
@@ -248,6 +269,11 @@ class SceneApplication(Application):
         else:
             self.check_final()
         last = self.ledger.rows[-1] if self.ledger.rows else {}
+        for name, sentence in (("n_unconverged", "steps ended their density sweeps above the tolerance"),
+                               ("n_limited", "position corrections were cut by the displacement limiter"),
+                               ("n_projected", "times a particle was projected back into the container")):
+            if last.get(name):
+                console.print(f"note: {last[name]:.0f} {sentence} ({self.solver.count} steps)")
         if "energy_residual" in last:
             console.print(f"ledger: energy residual {last['energy_residual']:.2e}, mass residual "
                           f"{last['mass_residual']:.2e}")

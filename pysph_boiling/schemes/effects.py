@@ -6,11 +6,13 @@ has none of these. A class registers itself by its ``slot``; several classes may
 """
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import (
     bubble_groups,
@@ -249,6 +251,24 @@ def heat_step_limit(rho0, c, k, h):
 # --- motion -----------------------------------------------------------------------------------------------------------
 
 
+class Sweeps(Tool):
+    """Counts the steps whose density sweeps ended at their maximum, above the tolerance; warns at the first."""
+
+    def __init__(self, scheme, effect):
+        self.scheme, self.effect = scheme, effect
+
+    def post_step(self, solver):
+        for pa in self.scheme.arrays:
+            error = float(pa.density_error[0])
+            if pa.sweeps[0] >= self.effect.max_sweeps and error > self.effect.tolerance:
+                pa.unconverged[0] += 1.0
+                if pa.unconverged[0] == 1.0:
+                    warnings.warn(
+                        f"at t = {solver.t + solver.dt:.4g} s the density sweeps of '{pa.name}' ended at their maximum "
+                        f"of {self.effect.max_sweeps} with a mean error of {error:.2%} (tolerance "
+                        f"{self.effect.tolerance:.2%}); more such steps are counted as n_unconverged", stacklevel=2)
+
+
 @dataclass(frozen=True, kw_only=True)
 class DensityConstraint(Effect):
     """Incompressible motion by Position Based Fluids, under gravity. A scene without it stands still."""
@@ -289,7 +309,7 @@ class DensityConstraint(Effect):
         )
 
     def constants(self, scene):
-        return {"density_error": [0.0, 0.0], "sweeps": 0.0}
+        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0}
 
     def columns(self, scene):
         return (
@@ -299,8 +319,13 @@ class DensityConstraint(Effect):
                    lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
             Column("density_error_max", "-", "largest positive density error before the last sweep",
                    lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
+            Column("n_unconverged", "-", "steps since the start whose sweeps ended above the tolerance",
+                   lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
             cumulative("n_limited", "-", "corrections cut by the displacement limiter since the start", "limited"),
         )
+
+    def tools(self, scheme):
+        yield Sweeps(scheme, self)
 
     def terms(self, scene, fluid):
         fluids, walls = list(scene.fluids), list(scene.solids)
@@ -331,7 +356,7 @@ class BoxContainer(Effect):
     requires: ClassVar[tuple[str, ...]] = ("density",)
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
     upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
-    margin: float = param(0.25, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
+    margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
 
     def __post_init__(self):
         super().__post_init__()
@@ -375,7 +400,7 @@ class CylinderContainer(Effect):
     radius: float = param(1.0, "m", "inner radius", above=0.0)
     bottom: float = param(0.0, "m", "height of the floor")
     top: float = param(1.0, "m", "height of the lid")
-    margin: float = param(0.25, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
+    margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
 
     def properties(self, scene):
         return (Property("projected", "-", "projections into the container since the start", "int", True, True),)
@@ -920,6 +945,10 @@ class Venting(Effect):
     @property
     def removes_particles(self):
         return self.mode == "remove"
+
+    def check(self, scene, arrays):
+        if self.T_feed is not None and self.T_feed > scene.material.T_sat:
+            raise ValueError(f"venting.T_feed must be <= T_sat = {scene.material.T_sat} K, got {self.T_feed} K")
 
     def properties(self, scene):
         return (

@@ -22,8 +22,6 @@ class VentingTool(Tool):
         self.material = scheme.material
         feed = self.material.T_sat if effect.T_feed is None else effect.T_feed
         self.e_feed = float(enthalpy(feed, self.material))
-        if feed > self.material.T_sat:
-            raise ValueError(f"venting.T_feed must be <= T_sat = {self.material.T_sat} K, got {feed} K")
         self.departures = []  # (time [s], particles in the bubble)
 
     def post_step(self, solver):

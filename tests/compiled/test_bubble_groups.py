@@ -137,8 +137,8 @@ def test_link_radius():
 def test_a_row_through_the_border_is_one_bubble_only_if_periodic(period):
     points = np.zeros((20, 3))
     points[:, 0] = np.r_[np.arange(10.0) + 0.5, 39.5 - np.arange(10.0)]
-    label = Bubbles(points, dim=2, period=period).run()
-    np.testing.assert_array_equal(label, [0] * 20 if period else [0] * 10 + [10] * 10)
+    label = Bubbles(points, dim=2, period=period, uid=np.arange(20)[::-1]).run()
+    np.testing.assert_array_equal(label, [0] * 20 if period else [10] * 10 + [0] * 10)
 
 
 def test_any_number_of_threads_gives_the_same_labels():

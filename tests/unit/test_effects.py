@@ -15,6 +15,7 @@ from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, box_vessel, fluid_block, site_array
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
@@ -42,7 +43,8 @@ OWNS = {
     "density": (
         "PBFDensity PBFBoundaryDensity PBFLambda PBFPositionCorrection PBFBoundaryCorrection PBFMove PBFBodyForce",
         "au av aw sx sy sz lmbda compression gcx gcy gcz gc2 dpx dpy dpz limited",
-        "density_error sweeps", "sweeps density_error_mean density_error_max n_limited"),
+        "density_error sweeps unconverged",
+        "sweeps density_error_mean density_error_max n_unconverged n_limited"),
     "container": ("PBFBoxContainer", "projected", "", "n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
     "heat": ("HeatConduction HeatUpdate", "e T k ae", "heat_dt",
@@ -298,6 +300,16 @@ def test_flux_takes_the_place_of_the_temperature():
     result = apply_options(parse("--heater.flux=2e4"), FULL, BoilingScheme.slots)
     assert result["heater"] == Heater(flux=2e4)
     assert FULL["heater"].replaced(temperature=400.0) == Heater(temperature=400.0)
+
+
+def test_options_of_pysph_reach_the_scheme(tmp_path):
+    """A kernel or a time step of one's own is that of the rest densities, walls and warnings too."""
+    app = DamBreak()
+    app.set_args(["--kernel", "WendlandQuintic", "--timestep", "0.002", "--frame", "0.02", "-d", str(tmp_path)])
+    app._parse_command_line(force=True)
+    app._prepare()
+    assert type(app.scheme.kernel).__name__ == type(app.scheme.solver.kernel).__name__ == "WendlandQuintic"
+    assert (app.scheme.dt, app.scheme.solver.pfreq) == (0.002, 10)
 
 
 # --- groups that compile on every backend -----------------------------------------------------------------------------

@@ -31,7 +31,8 @@ def place(pa):
 # --- fluid ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("dim, upper, count", [(2, (0.05, 0.03), 15), (3, (0.05, 0.03, 0.02), 30), (2, (0.01, 0.01), 1)])
+@pytest.mark.parametrize("dim, upper, count", [
+    (2, (0.05, 0.03), 15), (3, (0.05, 0.03, 0.02), 30), (2, (0.01, 0.01), 1)])
 def test_block_fills_its_box_with_a_lattice(dim, upper, count):
     block = fluid_block((0.0,) * dim, upper, spacing=DX, dim=dim, rho0=RHO0, hdx=1.3)
     points = place(block)
@@ -134,51 +135,39 @@ def test_akinci_volume_of_a_lone_particle_and_of_a_plane(dim):
     assert np.all(volume >= volume[middle] * (1.0 - 1e-8))  # fewer neighbours at the rim: a larger volume
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-def test_rest_lattice_that_touches_a_flat_wall_reads_rest_density(dim):
-    kernel, h = CubicSpline(dim=dim), 1.2 * DX
-    box = (-0.055,) * (dim - 1)
-    fluid = fluid_block((*box, 0.0), (*(-v for v in box), 0.05), spacing=DX, dim=dim, rho0=RHO0)
-    wall = wall_array(place(fluid_block((*box, -0.02), (*(-v for v in box), 0.0), spacing=DX, dim=dim, rho0=RHO0)),
-                      spacing=DX, dim=dim, rho0=RHO0, kernel=kernel)
-    first = np.array([0.0] * (dim - 1) + [0.5 * DX] + [0.0] * (3 - dim))
-    rho = sum(m * kernel.kernel(first - p, float(np.linalg.norm(first - p)), h)
-              for pa in (fluid, wall) for p, m in zip(place(pa), pa.m))
-    # the same nine digits as above
-    assert rho == pytest.approx(RHO0 * lattice_density(kernel, dim=dim, hdx=1.2)[0], rel=1e-8)
-
-
-def open_box(points, lower, upper):
-    """Which points lie in the box, which has no lid."""
-    inside = np.all((points > lower) & (points < upper), axis=1)
-    return inside | (np.all((points > lower) & (points < upper), axis=1, where=[True] * (points.shape[1] - 1) + [False])
-                     & (points[:, -1] > lower[-1]))
+def test_wall_particles_weigh_their_akinci_volume():
+    kernel, points = CubicSpline(dim=2), place(fluid_block((0, 0), (0.1, 0.02), spacing=DX, dim=2, rho0=RHO0))
+    hot = points[:, 0] < 0.04
+    wall = wall_array(points, spacing=DX, dim=2, rho0=RHO0, kernel=kernel, hdx=1.3, heated=hot)
+    np.testing.assert_array_equal(wall.m, RHO0 * akinci_volume(points, kernel, h=1.3 * DX, dim=2))
+    np.testing.assert_array_equal(wall.heated, hot)
+    assert np.all(wall.h == 1.3 * DX) and np.all(wall.rho == RHO0)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("layers", [1, 2, 3])
 def test_box_vessel_is_hollow_and_closed_but_for_its_top(dim, layers):
-    lower, upper = np.array([0.1, -0.05, 0.2])[:dim], np.array([0.18, 0.01, 0.25])[:dim]
+    lower, cells = np.array([0.1, -0.05, 0.2])[:dim], np.array([8, 4, 5])[:dim]
+    upper = lower + DX * cells
     wall = box_vessel(lower, upper, spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), layers=layers,
                       heated_fraction=0.5)
     points = place(wall)[:, :dim]
-    assert not open_box(points, lower, upper).any()
-    cells = np.array([8, 6, 5])[:dim]
     grown = cells + 2 * layers * (np.arange(dim) < dim - 1) + layers * (np.arange(dim) == dim - 1)
     assert len(points) == len(np.unique(points.round(9), axis=0)) == np.prod(grown) - np.prod(cells)
     outside = np.maximum(lower - points, points - upper).max(1)
-    assert outside.min() == pytest.approx(0.5 * DX, rel=1e-9)  # the first layer: half a spacing behind the face
-    assert points[:, -1].max() < upper[-1]
+    assert outside.min() == pytest.approx(0.5 * DX, rel=1e-9)  # nothing inside; the first layer is half a spacing off
+    assert points[:, -1].max() < upper[-1]  # no lid
 
     hot = points[wall.heated == 1]
-    assert len(hot) == np.prod(cells[:-1] / 2 + (cells[:-1] / 2) % 2)  # the cells with centres in the middle half
+    assert len(hot) == np.prod(cells[:-1] / 2)  # the middle half
     np.testing.assert_allclose(hot[:, -1], lower[-1] - 0.5 * DX, rtol=ROUND_OFF)
     middle = 0.5 * (lower + upper)
     assert np.all(np.abs(hot - middle)[:, :-1] < 0.25 * (upper - lower)[:-1])
 
 
 def test_box_vessel_without_heated_fraction_is_cold():
-    assert not box_vessel((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, kernel=CubicSpline(dim=2)).heated.any()
+    wall = box_vessel((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, kernel=CubicSpline(dim=2))
+    assert not wall.heated.any()
 
 
 def test_cylinder_vessel_is_hollow_and_closed_but_for_its_top():

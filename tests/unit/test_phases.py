@@ -64,7 +64,7 @@ def test_kernel_helper_is_the_twin():
 
 @pytest.mark.parametrize("T", [0.0, -1.0, 647.1, 700.0, np.nan, np.inf])
 def test_temperature_of_liquid_outside_its_limits_is_refused(T):
-    with pytest.raises(ValueError, match=rf"temperature of liquid water at 1 atm must lie in \(0, 647.1\) K, got {T} K"):
+    with pytest.raises(ValueError, match=rf"^temperature of liquid water .* must lie in \(0, 647\.1\) K, got {T} K$"):
         enthalpy([300.0, T, 310.0], WATER)
 
 

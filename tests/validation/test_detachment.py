@@ -31,9 +31,9 @@ def size_at_departure(adhesion, departures=3, longest=4000):
     stepper = Stepper(boil, arrays)
     events = next(tool for tool in stepper.tools if isinstance(tool, Departures)).events
     assert not np.any(arrays[0].phase == 3), "the bubble must be grown, not placed"
-    while len([n for _, n in events if n > 1]) < departures and stepper.solver.count < longest:
+    while len(events) < departures and stepper.solver.count < longest:
         stepper.step(50)
-    sizes = [n for _, n in events if n > 1]
+    sizes = [n for _, n in events]
     assert len(sizes) >= departures, f"adhesion {adhesion} g: {len(sizes)} bubbles left in {stepper.t:.2f} s"
     return float(np.median(sizes[:departures]))
 

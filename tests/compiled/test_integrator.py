@@ -1,0 +1,93 @@
+"""Time stepping: which stage runs when, what identifies a particle, threads, frames."""
+import numpy as np
+import pytest
+from harness import Stepper
+from pysph.base.kernels import CubicSpline
+from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
+from pysph.solver.utils import dump, load
+from sets import scheme
+
+from pysph_boiling.examples.dam_break import DamBreak
+from pysph_boiling.particles import box_vessel, fluid_block
+from pysph_boiling.schemes.effects import BoxContainer
+
+DX = 0.01
+
+
+def dam(jitter=0.2):
+    """A column of 8 x 12 particles in a box of 16 x 20, and the scheme of the set "motion"."""
+    upper = (16 * DX, 20 * DX, 0.0)
+    motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
+    common = dict(spacing=DX, dim=2, rho0=motion.rho0)
+    arrays = [fluid_block((0.0, 0.0, 0.0), (8 * DX, 12 * DX, 0.0), jitter=jitter, **common),
+              box_vessel((0.0, 0.0), upper, kernel=CubicSpline(dim=2), **common)]
+    motion.setup_properties(arrays)
+    return motion, arrays
+
+
+def test_each_stage_runs_once_a_step_and_never_before_the_first():
+    stepper = Stepper(*dam())
+    solver, calls = stepper.solver, []
+    for name, index in solver.integrator.stages.items():
+        evaluation = solver.integrator.acceleration_evals[index]
+        evaluation.compute = lambda t, dt, name=name, compute=evaluation.compute: (
+            calls.append((solver.count, name)), compute(t, dt))
+    solver.set_disable_output(True)
+    solver.set_final_time(3 * stepper.dt)
+    solver.solve(show_progress=False)
+    assert calls == [(step, stage) for step in range(3) for stage in ("density", "forces")]
+    assert 2 <= stepper.arrays["fluid"].sweeps[0] <= 6  # of the last step alone
+
+
+def test_threads_change_no_bit():
+    final, threads = [], get_number_of_threads()
+    for number in (1, 2):
+        set_number_of_threads(number)
+        try:
+            stepper = Stepper(*dam())
+            assert get_number_of_threads() == number
+            stepper.step(50)
+        finally:
+            set_number_of_threads(threads)
+        final.append(stepper.arrays["fluid"])
+    assert np.ptp(final[0].x) > 8.5 * DX, "nothing flowed"
+    for name in final[0].properties:
+        np.testing.assert_array_equal(final[0].get(name), final[1].get(name), err_msg=name)
+
+
+def test_uid_stays_with_its_particle(tmp_path):
+    """Through a removal, a step, a file and a set-up; x of the start tells which particle is which."""
+    motion, (fluid, wall) = dam()
+    assert fluid.uid.dtype == np.uint32 and len(np.unique(fluid.uid)) == 96
+    start = dict(zip(fluid.uid, fluid.x))
+    fluid.remove_particles(np.arange(3, 96, 7))
+    assert len(np.unique(fluid.uid)) == fluid.get_number_of_particles() == 82
+    assert all(start[uid] == x for uid, x in zip(fluid.uid, fluid.x))
+
+    uid, name = fluid.uid.copy(), str(tmp_path / "state.hdf5")
+    dump(name, [fluid, wall], {"t": 0.0, "dt": 1e-3, "count": 0})
+    loaded = load(name)["arrays"]
+    assert loaded["fluid"].uid.dtype == np.uint32
+    motion.setup_properties(list(loaded.values()))
+    np.testing.assert_array_equal(loaded["fluid"].uid, uid)
+    np.testing.assert_array_equal(loaded["fluid"].x, fluid.x)
+
+
+def test_equal_uids_are_numbered_anew():
+    motion, arrays = dam()
+    arrays[0].uid[:] = 5
+    motion.setup_properties(arrays)
+    np.testing.assert_array_equal(arrays[0].uid, np.arange(96))
+
+
+@pytest.mark.parametrize(("arguments", "dt", "pfreq"), [
+    (["--frame", "0.02", "--substeps", "8"], 0.0025, 8),
+    (["--frame", "0.02", "--substeps", "1"], 0.02, 1),
+    (["--frame", "0.02"], 0.02 / 9, 9),  # as many as 0.07 sqrt(dx/g) = 2.499 ms needs
+])
+def test_frame_and_substeps(arguments, dt, pfreq):
+    app = DamBreak()
+    app.set_args(arguments)
+    app._parse_command_line(force=True)
+    app._prepare()
+    assert app.scheme.dt == pytest.approx(dt, rel=1e-15) and app.scheme.solver.pfreq == pfreq

@@ -1,0 +1,234 @@
+"""Breaks the equations on purpose, one at a time, and sees whether the tests notice: ``make mutants``.
+
+Each :class:`Mutant` is one edit of one kernel: a sign, a factor of 2, a dropped term. It is made in a copy of the
+repository, in a temporary folder with a home of its own, where the tests named with it run until one fails. A mutant
+that none of them notices has survived, and the command exits with 1. A mutated module compiles anew, so each takes
+20 to 60 s, all of them half an hour.
+"""
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+EQUATIONS = Path("pysph_boiling/equations")
+LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*_output", "*.egg-info", "docs", "build", "dist")
+TIMEOUT = 900  # s; a mutant that hangs is noticed
+
+
+class Mutant(NamedTuple):
+    """An edit of ``equations/<module>.py`` that at least one of ``tests`` must notice."""
+
+    module: str
+    what: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+def mutants(module, *tests):
+    """A function that makes mutants of one module."""
+    def mutant(what, old, new):
+        return Mutant(module, what, old, new, tests)
+    return mutant
+
+
+groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
+buoyancy = mutants("buoyancy", "compiled/test_bubble_forces.py")
+container = mutants("container", "compiled/test_density_constraint.py")
+density = mutants("density_constraint", "compiled/test_density_constraint.py")
+heat = mutants("heat", "compiled/test_heat.py")
+helpers = mutants("helpers", "unit/test_phases.py", "compiled/test_density_constraint.py")
+nucleation = mutants("nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
+phase = mutants("phase_change", "compiled/test_phase_change.py")
+tension = mutants("surface_tension", "compiled/test_bubble_forces.py")
+venting = mutants("venting", "compiled/test_bubble_forces.py")
+viscosity = mutants("viscosity", "compiled/test_density_constraint.py")
+
+MUTANTS = (  # --quick takes the first of each module
+    groups("link radius x 2", "rz*rz < self.radius2:", "rz*rz < 4.0*self.radius2:"),
+    groups("label is an index, not a uid", "= d_uid[d_parent[d_idx]]\n", "= d_parent[d_idx]\n"),
+    groups("one round only", "self.conv = 1.0 if changed == 0 else -1.0", "self.conv = 1.0"),
+    groups("liquid hooks too", "if d_phase[d_idx] == 3:\n            for", "if d_phase[d_idx] >= 0:\n            for"),
+    buoyancy("archimedes: sign", "self.by = -float", "self.by = float"),
+    buoyancy("paper: cap dropped", "min(self.k_bubble * d_bubble_n[d_idx], self.a_max)",
+             "self.k_bubble * d_bubble_n[d_idx]"),
+    buoyancy("ihmsen: -1 dropped", "(self.k_max - 1.0) * exp", "self.k_max * exp"),
+    buoyancy("drag: sign", "d_av[d_idx] -= f * VIJ[1]", "d_av[d_idx] += f * VIJ[1]"),
+    buoyancy("drag x 2", "f = self.rate * s_m[s_idx]", "f = 2.0*self.rate * s_m[s_idx]"),
+    container("box: no lid", "y = min(max(d_y[d_idx], self.y0), self.y1)", "y = max(d_y[d_idx], self.y0)"),
+    container("cylinder: axis dropped", "x = self.cx + rx * self.radius / r", "x = rx * self.radius / r"),
+    density("correction: sign of the neighbour's multiplier", "d_lmbda[d_idx] + d_m[d_idx]*s_lmbda",
+            "d_lmbda[d_idx] - d_m[d_idx]*s_lmbda"),
+    density("multiplier: the others' gradients dropped", "(own + d_gc2[d_idx] + self.eps)", "(own + self.eps)"),
+    density("gradients of the others x 2", "d_gc2[d_idx] += g * g / m", "d_gc2[d_idx] += 2.0 * g * g / m"),
+    density("wall correction: sign", "f = s_m[s_idx] * d_lmbda[d_idx] /", "f = -s_m[s_idx] * d_lmbda[d_idx] /"),
+    density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
+    heat("conduction x 1/2", "k = 4.0 * d_k", "k = 2.0 * d_k"),
+    heat("conduction: sign", "* k * (d_T[d_idx] - s_T[s_idx]) * f", "* k * (s_T[s_idx] - d_T[d_idx]) * f"),
+    heat("paper: leak of the neighbour, sign", "there = -pair", "there = pair"),
+    heat("heater temperature x 1/2", "4.0*d_k[d_idx] * (d_T[d_idx] - d_heater_T[0])",
+         "2.0*d_k[d_idx] * (d_T[d_idx] - d_heater_T[0])"),
+    heat("heater flux x 2", "d_heater_wet[d_idx] / d_heater_weight[0]", "2.0*d_heater_wet[d_idx] / d_heater_weight[0]"),
+    heat("loss: sign", "d_ae[d_idx] -= q / d_m[d_idx]", "d_ae[d_idx] += q / d_m[d_idx]"),
+    heat("loss: not booked", "d_q_loss[d_idx] += q * d_heat_dt[0]", "d_q_loss[d_idx] += 0.0"),
+    heat("source x 2", "d_ae[d_idx] += self.rate", "d_ae[d_idx] += 2.0*self.rate"),
+    heat("update x 2", "d_e[d_idx] += d_heat_dt[0]", "d_e[d_idx] += 2.0*d_heat_dt[0]"),
+    helpers("vapour: latent heat dropped", "T = T_sat + (e - L) / c_v", "T = T_sat + e / c_v"),
+    helpers("liquid below saturation: sign", "phase == 0:\n        if e < 0.0:\n            T = T_sat + e / c_l",
+            "phase == 0:\n        if e < 0.0:\n            T = T_sat - e / c_l"),
+    helpers("random direction: mean dropped", "return h * 4.656612873077393e-10 - 1.0",
+            "return 0.0 * h"),
+    nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
+    nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
+    nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),
+    phase("vapour is a site for the cold, not the hot", "if d_e[d_idx] >= 0.0:", "if d_e[d_idx] < 0.0:"),
+    phase("convert: temperature x 2", "boiling_temperature(d_e[d_idx], 0.0, d_phase",
+          "boiling_temperature(2.0*d_e[d_idx], 0.0, d_phase"),
+    phase("convert: vaporisation not counted", "new = 3\n                        d_vaporised[d_idx] += 1", "new = 3"),
+    phase("hold: frozen heat x 1/2", "d_e_lat[d_idx] = d_e[d_idx]", "d_e_lat[d_idx] = 0.5*d_e[d_idx]"),
+    tension("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
+    tension("cohesion x 1/2", "f = self.strength * f * 2.0*s_m", "f = self.strength * f * s_m"),
+    tension("adhesion: softening dropped", " * min(1.0, r/self.spacing)", ""),
+    venting("film does not cover less than liquid", "if s_film[s_idx] == 0:", "if s_film[s_idx] >= 0:"),
+    venting("free steps x 2", "d_free[d_idx] += 1", "d_free[d_idx] += 2"),
+    venting("release: gravity x 2", "d_av[d_idx] = self.gy", "d_av[d_idx] = 2.0*self.gy"),
+    viscosity("XSPH: sign", "d_au[d_idx] -= f * VIJ[0]", "d_au[d_idx] += f * VIJ[0]"),
+    viscosity("wall friction: y dropped", "d_av[d_idx] -= f * d_v[d_idx]", "d_av[d_idx] -= 0.0"),
+    viscosity("gravity x 2", "d_aw[d_idx] = self.gz", "d_aw[d_idx] = 2.0*self.gz"),
+)
+
+
+def mutated(mutant, root=ROOT):
+    """Source of the mutated module. Raises ``ValueError`` unless the text to replace occurs exactly once."""
+    source = (root / EQUATIONS / f"{mutant.module}.py").read_text(encoding="utf-8")
+    count = source.count(mutant.old)
+    if count != 1:
+        raise ValueError(f"{mutant.module}, {mutant.what}: the text to replace occurs {count} times: {mutant.old!r}")
+    return source.replace(mutant.old, mutant.new)
+
+
+def copy_repository(folder):
+    """A copy to break, and an environment in which Python finds it and PySPH's cache; returns (root, environment).
+
+    The cache is a folder of links to the user's own: what is compiled here goes no further.
+    """
+    root, home = folder / "repository", folder / "home"
+    shutil.copytree(ROOT, root, ignore=LEFT_OUT)
+    cache = Path.home() / ".pysph" / "source"
+    for path in (path for path in cache.glob("*/*") if path.is_file()):
+        target = home / ".pysph" / "source" / path.relative_to(cache)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.symlink_to(path)
+    home.mkdir(exist_ok=True)
+    environment = {**os.environ, "HOME": str(home), "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment.setdefault("OMP_WAIT_POLICY", "passive")
+    where = subprocess.run([sys.executable, "-c", "import pysph_boiling; print(pysph_boiling.__file__)"], cwd=root,
+                           env=environment, capture_output=True, text=True, check=True).stdout.strip()
+    if not Path(where).is_relative_to(root):
+        raise RuntimeError(f"the tests would run on {where}, not on the copy in {root}")
+    return root, environment
+
+
+def run_tests(root, environment, tests):
+    """First failing test of the named files, or ``None``. Raises ``RuntimeError`` where they could not run at all."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+    command += [f"tests/{name}" for name in tests]
+    try:
+        done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=TIMEOUT)
+    except subprocess.TimeoutExpired:
+        return f"no end within {TIMEOUT} s"
+    output = done.stdout + done.stderr
+    if done.returncode == 0:
+        return None
+    failed = re.search(r"^FAILED tests/(\S+)", output, re.M) or re.search(r"^ERROR tests/(\S+::\S+)", output, re.M)
+    if done.returncode != 1 or not failed or "CompileError" in output:
+        raise RuntimeError(f"the tests did not run:\n{output[-3000:]}")
+    return failed[1]
+
+
+def hunt(mutant, root, environment):
+    """Break the copy, run the tests, mend it; returns the test that noticed, or ``None``."""
+    path = root / EQUATIONS / f"{mutant.module}.py"
+    whole = path.read_text(encoding="utf-8")
+    path.write_text(mutated(mutant, root), encoding="utf-8")
+    try:
+        return run_tests(root, environment, mutant.tests)
+    finally:
+        path.write_text(whole, encoding="utf-8")
+
+
+def chosen(only=None, quick=False):
+    """The mutants to run: of one module, or the first of each."""
+    known = list(dict.fromkeys(mutant.module for mutant in MUTANTS))
+    if only is not None and only not in known:
+        raise ValueError(f"no mutants of '{only}'; there are of: {', '.join(known)}")
+    found = [mutant for mutant in MUTANTS if only in (None, mutant.module)]
+    return [next(m for m in found if m.module == name) for name in known if only in (None, name)] if quick else found
+
+
+def main(argv=None):
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    parser = argparse.ArgumentParser(prog="mutants", description=__doc__.split("\n")[0])
+    parser.add_argument("--list", action="store_true", help="list the mutants and stop")
+    parser.add_argument("--only", metavar="MODULE", help="mutants of one module of pysph_boiling/equations")
+    parser.add_argument("--quick", action="store_true", help="the first mutant of each module")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the outcome to a file too")
+    options = parser.parse_args(argv)
+    console = Console(highlight=False)
+    try:
+        todo = chosen(options.only, options.quick)
+        for mutant in todo:
+            mutated(mutant)
+    except ValueError as error:
+        print(f"mutants: {error}", file=sys.stderr)
+        return 2
+    if options.list:
+        table = Table("module", "mutation", "tests")
+        for mutant in todo:
+            table.add_row(mutant.module, mutant.what, "\n".join(mutant.tests))
+        console.print(table)
+        return 0
+
+    console.print(f"{len(todo)} mutants; each compiles its module anew, 20 to 60 s")
+    table = Table("module", "mutation", "killed by", "s")
+    outcome, begin = [], time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutants_") as folder:
+        root, environment = copy_repository(Path(folder))
+        with console.status("the tests as they are") as status:
+            noticed = run_tests(root, environment, sorted({name for mutant in todo for name in mutant.tests}))
+            if noticed:
+                print(f"mutants: {noticed} fails without any mutant", file=sys.stderr)
+                return 2
+            for number, mutant in enumerate(todo, 1):
+                status.update(f"{number}/{len(todo)}  {mutant.module}: {mutant.what}")
+                start, killer, fate = time.monotonic(), None, "[red]survived[/red]"
+                try:
+                    killer = hunt(mutant, root, environment)
+                except RuntimeError as error:
+                    fate = "[red]did not run[/red]"
+                    print(f"mutants: {mutant.module}, {mutant.what}: {error}", file=sys.stderr)
+                seconds = time.monotonic() - start
+                table.add_row(mutant.module, mutant.what, escape(killer) if killer else fate, f"{seconds:.0f}")
+                outcome.append({"module": mutant.module, "mutation": mutant.what, "killed_by": killer,
+                                "seconds": round(seconds, 1)})
+    console.print(table)
+    survivors = [row for row in outcome if row["killed_by"] is None]
+    if options.json:
+        options.json.write_text(json.dumps({"mutants": outcome, "survivors": len(survivors)}, indent=2) + "\n")
+    console.print(f"{len(outcome)} mutants, {len(survivors)} survived, {(time.monotonic() - begin) / 60:.1f} min")
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

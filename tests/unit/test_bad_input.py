@@ -1,0 +1,167 @@
+"""Bad input ends a run at once: a sentence on stderr that names what, where, range and unit; status 2; no file."""
+import numpy as np
+import pytest
+import sets
+from pysph.base.kernels import CubicSpline
+
+from pysph_boiling import cli
+from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, site_array
+from pysph_boiling.schemes.boiling import BoilingScheme
+
+DX = 0.01
+COMMANDS = [
+    ("", "usage: pysph-boiling COMMAND"),
+    ("frobnicate", "no command 'frobnicate'"),
+    ("run", "which scene? One of: dam_break"),
+    ("run nowhere", "no scene 'nowhere'; there are: dam_break"),
+    ("render nowhere", "nowhere"),
+    # a scene's own parameters
+    ("run dam_break --spacing -1", "scene.spacing must be > 0.0 m, got -1.0 m"),
+    ("run dam_break --spacing nan", "scene.spacing must be finite, got nan m"),
+    ("run dam_break --spacing x", "argument --spacing: invalid float value: 'x'"),
+    ("run dam_break --dim 4", "argument --dim: invalid choice: 4"),
+    ("run dam_break --frame 0", "scene.frame must be > 0.0 s, got 0.0 s"),
+    ("run dam_break --tf -1", "scene.duration must be > 0.0 s, got -1.0 s"),
+    ("run dam_break --substeps 0", "scene.substeps must be >= 1, got 0"),
+    ("run dam_break --width 0.001", "particle array 'fluid' is empty: a scene needs at least one particle"),
+    ("run steady_boiling --seed -1", "scene.seed must be >= 0, got -1"),
+    ("run steady_boiling --superheat 300", "scene.superheat must be <= 250.0 K, got 300.0 K"),
+    ("run steady_boiling --subcooling 400", "scene.subcooling must be <= 80.0 K, got 400.0 K"),
+    ("run heated_slab --T-0 700", "temperature of liquid water at 1 atm must lie in (0, 647.1) K, got 700.0 K"),
+    # effects
+    ("run dam_break --heat", "unrecognized arguments: --heat"),
+    ("run dam_break --viscosity.thickness 3", "unrecognized arguments: --viscosity.thickness"),
+    ("run dam_break --viscosity.rate -1", "viscosity.rate must be >= 0.0 1/s, got -1.0 1/s"),
+    ("run dam_break --container.lower 1,2", "container.lower and container.upper must hold three lengths [m]"),
+    ("run dam_break --container.lower 9,0,0", "container: lower x must be below upper x, got 9.0 and 3.75 m"),
+    ("run dam_break --no-density", "effect 'container' (BoxContainer) needs the effect 'density'"),
+    ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': pass heat=HeatConduction(...)"),
+    ("run steady_boiling --tension.radius 5", "tension.radius must be <= 2.4 spacings (the support of the kernel)"),
+    ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, the effects need 5"),
+    ("run steady_boiling --venting.T-feed 380", "venting.T_feed must be <= T_sat = 373.15 K, got 380.0 K"),
+    # contradictions
+    ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
+    ("run dam_break --container.radius 1", "box container has no parameter radius"),
+    ("run steady_boiling --demo --flat", "argument --flat: not allowed with argument --demo"),
+    ("run steady_boiling --heater.flux 1 --heater.temperature 400", "exactly one of temperature [K] and flux [W/m^2]"),
+    ("run dam_break --timestep 1e-3 --substeps 2", "--timestep and --substeps contradict each other"),
+    # PySPH's own options
+    ("run dam_break --nnps sfc", "--nnps sfc gives wrong neighbours when they are cached: use another one"),
+    ("run dam_break --nnps x", "argument --nnps: invalid choice: 'x'"),
+    ("run dam_break --results-every 0", "--results-every must be >= 1 step, got 0"),
+    ("run dam_break --pfreq 0", "--pfreq must be >= 1 step, got 0"),
+    ("run dam_break --timestep 0", "--timestep must be > 0 s, got 0.0 s"),
+    ("run dam_break --timestep nan", "--timestep must be > 0 s, got nan s"),
+    ("run dam_break --loglevel x", "--loglevel must be one of debug, info, warning, error, critical, none; got 'x'"),
+    ("run dam_break --restart-file nowhere.hdf5", "--restart-file: no file nowhere.hdf5"),
+]
+
+
+@pytest.mark.parametrize(("command", "message"), COMMANDS, ids=[command or "nothing" for command, _ in COMMANDS])
+def test_command_is_refused(command, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    try:
+        status = cli.main(command.split())
+    except SystemExit as error:  # argparse
+        status = error.code
+    out, err = capsys.readouterr()
+    assert (status, list(tmp_path.iterdir())) == ((0 if command == "" else 2), [])
+    assert message in " ".join((err if command else out).split())
+    assert "Traceback" not in err
+
+
+def test_describe_writes_and_compiles_nothing(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pysph.sph.sph_compiler.SPHCompiler.compile", lambda _: pytest.fail("compiled"))
+    assert cli.main(["run", "steady_boiling", "--describe", "--no-drag"]) == 0
+    out = capsys.readouterr().out
+    assert "stage density (always)" in out and "for tension" in out and "for drag" not in out
+    assert not list(tmp_path.iterdir())
+
+
+def test_folder_that_is_a_file(tmp_path, capsys):
+    taken = tmp_path / "taken"
+    taken.touch()
+    assert cli.main(["run", "dam_break", "-d", str(taken)]) == 2
+    assert "'" + str(taken) + "', already exists" in capsys.readouterr().err
+
+
+# --- the same from Python ---------------------------------------------------------------------------------------------
+
+def scene(name="boil", **changes):
+    """A scheme and its arrays; ``changes`` replaces arrays, ``None`` leaves one out."""
+    scheme = sets.scheme(name, dim=2, spacing=DX)
+    common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
+    arrays = {
+        "fluid": fluid_block((0.0, 0.0, 0.0), (4 * DX, 4 * DX, 0.0), **common),
+        "wall": box_vessel((0.0, 0.0), (4 * DX, 4 * DX), kernel=CubicSpline(dim=2), heated_fraction=0.5, **common),
+        "sites": site_array([(2 * DX, 0.0, 0.0)], reach=2.4 * DX, spacing=DX), **changes}
+    return scheme, [pa for pa in arrays.values() if pa is not None]
+
+
+def broken(prop, value):
+    """A fluid whose first particle has a bad value."""
+    fluid = scene()[1][0]
+    fluid.get(prop)[0] = value
+    return fluid
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    (dict(sites=None), r"names the particle array 'sites', but the scene has \['fluid', 'wall'\]"),
+    (dict(wall=None), "names the particle array 'wall'"),
+    (dict(sites=site_array([(0.0, 0.0, 0.0)], reach=DX, spacing=DX)), "sites 'sites' reach 1 spacings, .* need 2.4"),
+    (dict(fluid=broken("x", np.nan)), "property 'x' of 'fluid' holds NaN or Inf"),
+    (dict(fluid=broken("v", np.inf)), "property 'v' of 'fluid' holds NaN or Inf"),
+    (dict(fluid=broken("m", 0.0)), r"masses \[kg\] and smoothing lengths \[m\] of 'fluid' must be > 0"),
+    (dict(fluid=broken("h", -1.0)), r"masses \[kg\] and smoothing lengths \[m\] of 'fluid' must be > 0"),
+    (dict(wall=box_vessel((0.0, 0.0), (4 * DX, 4 * DX), spacing=DX, dim=2, rho0=958.0, kernel=CubicSpline(dim=2))),
+     "heater: no wall particle is heated"),
+])
+def test_arrays_are_refused(changes, message):
+    scheme, arrays = scene(**changes)
+    with pytest.raises(ValueError, match=message):
+        scheme.setup_properties(arrays)
+
+
+def test_empty_fluid_is_refused():
+    scheme, arrays = scene()
+    arrays[0].remove_particles(np.arange(16))
+    with pytest.raises(ValueError, match="particle array 'fluid' is empty"):
+        scheme.setup_properties(arrays)
+
+
+def test_sites_without_the_name_of_an_array():
+    scheme, arrays = scene()
+    scheme.sites = []
+    with pytest.raises(ValueError, match=r"pass sites=\['sites'\] to the scheme and create that array"):
+        scheme.setup_properties(arrays)
+
+
+@pytest.mark.parametrize("T", [0.0, -1.0, 647.1, 700.0, np.nan])
+def test_temperature_is_refused(T):
+    scheme, (fluid, *_) = scene()
+    with pytest.raises(ValueError, match=r"must lie in \(0, 647.1\) K, got"):
+        scheme.set_temperature(fluid, T)
+
+
+@pytest.mark.parametrize(("build", "message"), [
+    (lambda: fluid_array(np.zeros((0, 3)), spacing=DX, dim=2, rho0=1e3), "particle array 'fluid' is empty"),
+    (lambda: fluid_array([(np.nan, 0.0, 0.0)], spacing=DX, dim=2, rho0=1e3), "positions of 'fluid' hold NaN or Inf"),
+    (lambda: fluid_array([(0.0, 0.0)], spacing=DX, dim=2, rho0=1e3), r"must have shape \(n, 3\), got \(1, 2\)"),
+    (lambda: fluid_array([(0.0,) * 3], spacing=-DX, dim=2, rho0=1e3), r"spacing must be > 0 m, got -0.01 m"),
+    (lambda: fluid_array([(0.0,) * 3], spacing=DX, dim=2, rho0=0.0), r"rho0 must be > 0 kg/m\^3, got 0.0"),
+    (lambda: BoilingScheme(["fluid"], [], dim=1, spacing=DX), "dim must be 2 or 3, got 1"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=-1.0), "spacing must be > 0 m, got -1.0 m"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=np.nan), "spacing must be > 0 m, got nan m"),
+    (lambda: BoilingScheme([], [], dim=2, spacing=DX), "needs the name of at least one fluid array"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, gravity=(0, 1)), "gravity must be three finite"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, hdx=0.5), r"must lie in \[1, 2\], got 0.5"),
+    (lambda: sets.WATER_1ATM.with_(L=0.0), "L of water at 1 atm must be > 0 J/kg, got 0.0"),
+    (lambda: sets.WATER_1ATM.with_(T_crit=300.0), "T_sat must be below T_crit = 300.0 K, got 373.15 K"),
+    (lambda: scene()[0].configure_solver(dt=0.0), "time step must be > 0 s, got 0.0 s"),
+    (lambda: scene()[0].configure_solver(frame=0.1, substeps=0), "frame must be > 0 s and substeps >= 1"),
+    (lambda: scene()[0].configure_solver(frame=-0.1), "frame must be > 0 s and substeps >= 1"),
+])
+def test_argument_is_refused(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()
