@@ -4,6 +4,7 @@ import importlib
 import os
 import pkgutil
 import sys
+import warnings
 
 __all__ = ["main", "scene_class", "scenes"]
 
@@ -85,6 +86,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
 def main(argv=None):
     """Entry point; returns the exit status."""
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before any OpenMP runtime starts: spinning threads collapse
+    warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
     commands = {"list": lambda _: list_scenes(), "run": run, "render": render}
