@@ -12,8 +12,6 @@ from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
-from pysph_boiling.schemes.solver import build_side_by_side
-
 
 def use_openmp():
     """All compiled tests run on OpenMP, as users do."""

