@@ -219,6 +219,8 @@ def main(argv=None):
                     fate = "[red]did not run[/red]"
                     print(f"mutants: {mutant.module}, {mutant.what}: {error}", file=sys.stderr)
                 seconds = time.monotonic() - start
+                if not console.is_terminal:
+                    console.print(f"{number}/{len(todo)}  {mutant.module}: {mutant.what}:", escape(killer) if killer else fate)
                 table.add_row(mutant.module, mutant.what, escape(killer) if killer else fate, f"{seconds:.0f}")
                 outcome.append({"module": mutant.module, "mutation": mutant.what, "killed_by": killer,
                                 "seconds": round(seconds, 1)})

@@ -4,7 +4,7 @@ They are compiled into each kernel that lists them in ``_get_helpers_``; a defau
 """
 from compyle.api import declare
 
-__all__ = ["boiling_hash", "boiling_temperature", "boiling_uniform"]
+__all__ = ["boiling_temperature", "boiling_uniform"]
 
 
 def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0):
@@ -25,21 +25,8 @@ def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_
     return T
 
 
-def boiling_hash(u=0, v=0):
-    """Integer hash (two multiply and xor-shift rounds) of two counters; multipliers below 2^31."""
-    h = declare('unsigned int')
-    h = u
-    h = h + v*40503
-    h = h ^ (h >> 16)
-    h = h * 569420461
-    h = h ^ (h >> 15)
-    h = h * 1935289751
-    h = h ^ (h >> 15)
-    return h
-
-
 def boiling_uniform(u=0, v=0):
-    """Uniform number in [-1, 1) from two counters."""
+    """Uniform number in [-1, 1) from two counters: multiply and xor-shift rounds, multipliers below 2^31."""
     h = declare('unsigned int')
     h = u
     h = h + v*40503

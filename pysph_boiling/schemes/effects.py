@@ -346,6 +346,10 @@ class DensityConstraint(Effect):
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
 
 
+PROJECTED = Property("projected", "-", "projections into the container since the start", "int", True, True)
+N_PROJECTED = cumulative("n_projected", "-", "projections into the container since the start", "projected")
+
+
 @dataclass(frozen=True, kw_only=True)
 class BoxContainer(Effect):
     """A box that particles cannot leave: they are projected back to its inside."""
@@ -364,10 +368,10 @@ class BoxContainer(Effect):
             raise ValueError("container.lower and container.upper must hold three lengths [m] each")
 
     def properties(self, scene):
-        return (Property("projected", "-", "projections into the container since the start", "int", True, True),)
+        return (PROJECTED,)
 
     def columns(self, scene):
-        return (cumulative("n_projected", "-", "projections into the container since the start", "projected"),)
+        return (N_PROJECTED,)
 
     def bounds(self, scene):
         """Corners that particle centres may reach [m]."""
@@ -403,10 +407,10 @@ class CylinderContainer(Effect):
     margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
 
     def properties(self, scene):
-        return (Property("projected", "-", "projections into the container since the start", "int", True, True),)
+        return (PROJECTED,)
 
     def columns(self, scene):
-        return (cumulative("n_projected", "-", "projections into the container since the start", "projected"),)
+        return (N_PROJECTED,)
 
     def check(self, scene, arrays):
         inset = self.margin * scene.spacing

@@ -14,12 +14,12 @@ from pysph_boiling.schemes.effects import BoxContainer
 DX = 0.01
 
 
-def dam(jitter=0.2):
+def dam():
     """A column of 8 x 12 particles in a box of 16 x 20, and the scheme of the set "motion"."""
     upper = (16 * DX, 20 * DX, 0.0)
     motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
     common = dict(spacing=DX, dim=2, rho0=motion.rho0)
-    arrays = [fluid_block((0.0, 0.0, 0.0), (8 * DX, 12 * DX, 0.0), jitter=jitter, **common),
+    arrays = [fluid_block((0.0, 0.0, 0.0), (8 * DX, 12 * DX, 0.0), jitter=0.1, seed=1, **common),
               box_vessel((0.0, 0.0), upper, kernel=CubicSpline(dim=2), **common)]
     motion.setup_properties(arrays)
     return motion, arrays

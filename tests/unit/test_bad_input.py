@@ -161,7 +161,7 @@ def test_temperature_is_refused(T):
     (lambda: scene()[0].configure_solver(dt=0.0), "time step must be > 0 s, got 0.0 s"),
     (lambda: scene()[0].configure_solver(frame=0.1, substeps=0), "frame must be > 0 s and substeps >= 1"),
     (lambda: scene()[0].configure_solver(frame=-0.1), "frame must be > 0 s and substeps >= 1"),
-])
+], ids=lambda value: value if isinstance(value, str) else "")
 def test_argument_is_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()

@@ -50,12 +50,13 @@ def test_choice():
 @pytest.mark.parametrize(("killers", "status"), [(["test_a", "test_b"], 0), (["test_a", None], 1)])
 def test_survivor_fails_the_command(killers, status, monkeypatch, tmp_path, capsys):
     """With the tests' outcome made up; the working tree stays as it is."""
+    monkeypatch.setattr(mutants, "MUTANTS", [m for m in mutants.MUTANTS if m.module == "container"][:len(killers)])
     answers = iter([None, *killers])  # the first is the run without a mutant
     monkeypatch.setattr(mutants, "copy_repository", lambda folder: (mutants.ROOT, {}))
     monkeypatch.setattr(mutants, "run_tests", lambda *_: next(answers))
     monkeypatch.setattr(mutants, "hunt", lambda *_: next(answers))
     assert mutants.main(["--only", "container", "--json", str(tmp_path / "out.json")]) == status
-    assert f"2 mutants, {status} survived" in capsys.readouterr().out
+    assert f"{len(killers)} mutants, {status} survived" in capsys.readouterr().out
     assert f'"survivors": {status}' in (tmp_path / "out.json").read_text()
 
 
