@@ -196,7 +196,8 @@ def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, h
     points[:, :dim] = grid[~inside]
     up = dim - 1
     middle = 0.5 * (lower + upper)
-    near = np.abs(points[:, :up] - middle[:up]) < 0.5 * heated_fraction * (upper - lower)[:up]
+    half_width = 0.5 * heated_fraction * (upper - lower)[:up] - 1e-6 * spacing  # a centre on the edge is outside
+    near = np.abs(points[:, :up] - middle[:up]) < half_width
     top = (points[:, up] < lower[up]) & (points[:, up] > lower[up] - spacing)
     heated = np.all(near, axis=1) & top
     return wall_array(points, spacing=spacing, dim=dim, rho0=rho0, kernel=kernel, hdx=hdx, name=name, heated=heated)

@@ -212,16 +212,17 @@ def main(argv=None):
                 return 2
             for number, mutant in enumerate(todo, 1):
                 status.update(f"{number}/{len(todo)}  {mutant.module}: {mutant.what}")
-                start, killer, fate = time.monotonic(), None, "[red]survived[/red]"
+                start, killer = time.monotonic(), None
                 try:
                     killer = hunt(mutant, root, environment)
+                    fate = escape(killer) if killer else "[red]survived[/red]"
                 except RuntimeError as error:
                     fate = "[red]did not run[/red]"
                     print(f"mutants: {mutant.module}, {mutant.what}: {error}", file=sys.stderr)
                 seconds = time.monotonic() - start
                 if not console.is_terminal:
-                    console.print(f"{number}/{len(todo)}  {mutant.module}: {mutant.what}:", escape(killer) if killer else fate)
-                table.add_row(mutant.module, mutant.what, escape(killer) if killer else fate, f"{seconds:.0f}")
+                    console.print(f"{number}/{len(todo)}  {mutant.module}: {mutant.what}: {fate}")
+                table.add_row(mutant.module, mutant.what, fate, f"{seconds:.0f}")
                 outcome.append({"module": mutant.module, "mutation": mutant.what, "killed_by": killer,
                                 "seconds": round(seconds, 1)})
     console.print(table)

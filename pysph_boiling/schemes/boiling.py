@@ -41,4 +41,6 @@ class BoilingScheme(PBFScheme):
         if "phase" in pa.properties:
             pa.phase[:] = (pa.e >= 0.0) * int(Phase.SUPERHEATED)
             phase = pa.phase
+        if "e_lat" in pa.properties:
+            pa.e_lat[:] = 0.0
         pa.T[:] = temperature(pa.e, phase, self.material)

@@ -740,6 +740,9 @@ class PresetNucleation(Effect):
         if not scene.sites:
             raise ValueError("nucleation: preset sites need a particle array of sites: pass sites=['sites'] to the "
                              "scheme and create that array (particles.site_array)")
+        if len(scene.sites) > 1:
+            raise ValueError(f"nucleation: put all preset sites into one array, got {scene.sites}: the pull is towards "
+                             "the nearest site of an array")
         for name in scene.sites:
             reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
             needed = max([self.reach] + [effect.radius for effect in scene.effects.values()
@@ -789,6 +792,10 @@ class BubbleLabels(Effect):
 
     def constants(self, scene):
         return {"bubble_rounds": 0.0}
+
+    def check(self, scene, arrays):
+        if len(scene.fluids) > 1:
+            raise ValueError(f"bubbles: labels need all liquid and vapour in one fluid array, got {scene.fluids}")
 
     def columns(self, scene):
         from pysph_boiling.analysis.bubbles import bubble_table

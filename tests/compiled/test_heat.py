@@ -175,7 +175,7 @@ def slab_temperature(kernels, k, T_ends, held=3):
     return T
 
 
-@pytest.mark.parametrize("ratio", [1.0, 5.0, 27.0])  # 27: water and its vapour
+@pytest.mark.parametrize("ratio", [5.0, 27.0])  # 27: water and its vapour
 def test_flux_through_two_materials_is_continuous(ratio):
     """Steady slab: k dT/dx is the same on both sides, and the interface hardly resists."""
     n, width, spacing, hdx = 30, 0.8, 0.1, 1.3

@@ -39,6 +39,7 @@ def test_each_stage_runs_once_a_step_and_never_before_the_first():
     assert 2 <= stepper.arrays["fluid"].sweeps[0] <= 6  # of the last step alone
 
 
+@pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first steps, while the jitter is pressed out
 def test_threads_change_no_bit():
     final, threads = [], get_number_of_threads()
     for number in (1, 2):

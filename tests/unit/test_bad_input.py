@@ -137,6 +137,20 @@ def test_sites_without_the_name_of_an_array():
         scheme.setup_properties(arrays)
 
 
+@pytest.mark.parametrize(("more", "message"), [
+    ("fluids", "bubbles: labels need all liquid and vapour in one fluid array"),
+    ("sites", "nucleation: put all preset sites into one array"),
+])
+def test_what_must_be_one_array(more, message):
+    """Labels and the nearest site are looked for within an array; two would be wrong without a word."""
+    scheme, arrays = scene()
+    getattr(scheme, more).append("second")
+    twin = scene()[1][0 if more == "fluids" else 2]
+    twin.set_name("second")
+    with pytest.raises(ValueError, match=message):
+        scheme.setup_properties([*arrays, twin])
+
+
 @pytest.mark.parametrize("T", [0.0, -1.0, 647.1, 700.0, np.nan])
 def test_temperature_is_refused(T):
     scheme, (fluid, *_) = scene()
