@@ -12,7 +12,7 @@ from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = [
-    "HeatAmbientLoss", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux", "HeatFluxWeight",
+    "HeatAmbientLoss", "HeatAmbientWall", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux", "HeatFluxWeight",
     "HeatSource", "HeatTemperature", "HeatUpdate",
 ]
 
@@ -225,7 +225,7 @@ class HeatAmbientLoss(Equation):
                \quad\text{where } |\sum_j V_j \nabla W_{ij}| > 0.2/\Delta x
 
     Source: ours; the gradient of the indicator function is a surface density (as in continuum surface force models),
-    and ``factor`` a makes it exact on a flat lattice surface. Walls count as filled.
+    and ``factor`` a makes it exact on a flat lattice surface. Walls count as filled by :class:`HeatAmbientWall`.
 
     Parameters
     ----------
@@ -269,6 +269,32 @@ class HeatAmbientLoss(Equation):
             q = self.coefficient * area * (d_T[d_idx] - self.T_ambient)
             d_ae[d_idx] -= q / d_m[d_idx]
             d_q_loss[d_idx] += q * d_heat_dt[0]
+
+
+class HeatAmbientWall(Equation):
+    r"""Walls count as filled in :class:`HeatAmbientLoss`: their part of :math:`\sum_j V_j \nabla W_{ij}`.
+
+    Source: ours. The mass of a wall particle is no measure of its volume here: it is chosen for the density
+    constraint, where it is large enough to hold the fluid off, and would make every wall a free surface.
+
+    Parameters
+    ----------
+    spacing : float  Particle spacing [m], > 0: V_b = spacing^dim.
+    dim : int        2 or 3.
+
+    Reads nothing but positions.   Writes   d_gsx, d_gsy, d_gsz [1/m], own index only.
+    Needs    HeatAmbientLoss in the same group.   Errors   ValueError if spacing <= 0.
+    """
+
+    def __init__(self, dest, sources, spacing, dim):
+        _positive(spacing=(spacing, "m"))
+        self.volume = float(spacing**dim)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, d_gsx, d_gsy, d_gsz, DWIJ):
+        d_gsx[d_idx] += self.volume * DWIJ[0]
+        d_gsy[d_idx] += self.volume * DWIJ[1]
+        d_gsz[d_idx] += self.volume * DWIJ[2]
 
 
 class HeatSource(Equation):

@@ -624,9 +624,12 @@ class AmbientLoss(Effect):
 
     def terms(self, scene, fluid):
         yield Term("heat.exchange", heat.HeatAmbientLoss(
-            fluid, [*scene.fluids, *scene.solids],
+            fluid, list(scene.fluids),
             coefficient=self.coefficient * scene.effects["heat"].acceleration, T_ambient=self.T_ambient,
             rho0=scene.rho0, threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene)))
+        if scene.solids:
+            yield Term("heat.exchange", heat.HeatAmbientWall(
+                fluid, list(scene.solids), spacing=scene.spacing, dim=scene.dim))
 
 
 @dataclass(frozen=True, kw_only=True)

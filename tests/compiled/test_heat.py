@@ -42,8 +42,9 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
         "weights": [heat.HeatFluxWeight("fluid", ["wall"], k_wet=K_WET)],
         "flux": [heat.HeatFlux("fluid", None)],
         "loss": [heat.HeatAmbientLoss(
-            "fluid", ["fluid", "wall"], coefficient=ETA, T_ambient=T_AMBIENT, rho0=RHO0,
-            threshold=threshold / spacing, factor=loss_factor)],
+            "fluid", ["fluid"], coefficient=ETA, T_ambient=T_AMBIENT, rho0=RHO0,
+            threshold=threshold / spacing, factor=loss_factor),
+            heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)],
         "source": [heat.HeatSource("fluid", None, density=POWER_DENSITY, rho0=RHO0)],
         "update": [heat.HeatUpdate("fluid", None)],
     }, dim=dim, domain=domain)
@@ -244,7 +245,7 @@ def test_source_heats_every_volume_alike(kernels):
 def test_ambient_loss_equals_the_reference(kernels):
     fluid, m = kernels.fluid, kernels.fluid.m
     (_, G), (_, G_wall) = (pairs(fluid, pa, kernels.kernel) for pa in (fluid, kernels.wall))
-    normal = np.einsum("j,ijk->ik", m / RHO0, G) + np.einsum("j,ijk->ik", kernels.wall.m / RHO0, G_wall)
+    normal = np.einsum("j,ijk->ik", m / RHO0, G) + kernels.spacing**kernels.dim * G_wall.sum(1)
     size = np.linalg.norm(normal, axis=1)
     surface = size > CLOUD_THRESHOLD / kernels.spacing
     assert 5 < surface.sum() < N_FLUID - 5
@@ -270,6 +271,23 @@ def test_ambient_loss_knows_the_area_of_a_surface(dim, jitter, tolerance):
     fluid.T[:] = T_AMBIENT + 1.0
     kernels.run("loss")
     assert np.sum(fluid.q_loss) / (HEAT_DT * ETA) == pytest.approx(2.0 * side ** (dim - 1), rel=tolerance)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_ambient_loss_takes_no_wall_for_a_surface(dim):
+    """A full vessel whose first layer has settled at .35 spacings: only the top row and its neighbours lose heat."""
+    spacing, size = 0.1, [0.8] * dim + [0.0] * (3 - dim)
+    common = dict(spacing=spacing, dim=dim, rho0=RHO0)
+    fluid = fluid_block((0.0, 0.0, 0.0), size, **common)
+    height = fluid.get("xyz"[dim - 1])
+    height[:] *= (size[0] - 0.5 * spacing + 0.15 * spacing) / size[0]
+    kernels = compile_heat(fluid, box_vessel((0.0, 0.0, 0.0), size, kernel=scheme("exchange", dim=dim, spacing=spacing)
+                                             .kernel, **common), dim=dim, spacing=spacing)
+    fluid.T[:] = T_AMBIENT + 1.0
+    kernels.run("loss")
+    loses = fluid.q_loss > 0.0
+    assert loses.sum() >= 8 ** (dim - 1)
+    assert height[loses].min() > size[0] - 2.2 * spacing
 
 
 def lone_wall(dim, spacing):
