@@ -12,8 +12,8 @@ from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = [
-    "HeatAmbientLoss", "HeatAmbientWall", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux", "HeatFluxWeight",
-    "HeatSource", "HeatTemperature", "HeatUpdate",
+    "HeatAmbientLoss", "HeatAmbientWall", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux",
+    "HeatFluxWeight", "HeatSource", "HeatTemperature", "HeatUpdate",
 ]
 
 

@@ -4,6 +4,9 @@ import pytest
 
 from pysph_boiling.examples.dam_break import DamBreak
 
+# Default settings end some steps before their tolerance; the results count them as n_unconverged.
+pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
+
 
 @pytest.fixture(scope="module")
 def dam_break(tmp_path_factory):
@@ -13,7 +16,7 @@ def dam_break(tmp_path_factory):
 
 
 def test_front_follows_the_experiments(dam_break):
-    # the experiments differ by up to 9 %; measured 3.5 %, half of it at the start, when the gate still opens
+    # the experiments differ by up to 9 %; measured 4.0 %
     assert dam_break.front_error() <= 0.10
 
 

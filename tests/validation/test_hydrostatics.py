@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
 
 @pytest.fixture(scope="module", params=[(2, (20,), 800), (3, (8, 8), 300)], ids=["2-D", "3-D"])
 def column(request):
-    """A lattice of 20 layers let go at once in an open tank; it sinks a little, sloshes and comes to rest."""
+    """A lattice of 20 layers let go at once in an open tank: the walls push it off, it sloshes and comes to rest."""
     dim, counts, steps = request.param
     size = [n * SPACING for n in counts]
     lower, upper = (0.0, 0.0, 0.0), (*size, 1.3 * HEIGHT, *[0.0] * (3 - dim))
@@ -53,13 +53,13 @@ def test_column_comes_to_rest_inside_the_tank(column):
 
 def test_column_is_hardly_compressed_and_keeps_its_mass(column):
     assert np.mean(column.compression[-20:]) < 0.01  # sweeps end at .004, or after six
-    assert column.fluid.compression.max() < 0.03  # measured .010 and .016
+    assert column.fluid.compression.max() < 0.03  # measured .010 and .014
     np.testing.assert_array_equal(column.fluid.m, column.masses)
 
 
 def test_level_stays(column):
     level = 2.0 * column.fluid.get("xyz"[column.dim - 1]).mean()
-    assert level == pytest.approx(HEIGHT, rel=0.05)
+    assert level == pytest.approx(HEIGHT, rel=0.05)  # measured +0.8 % and +2.3 %: walls hold off their neighbours
 
 
 def test_walls_carry_the_column(column):
