@@ -50,7 +50,7 @@ OWNS = {
     "heat": ("HeatConduction HeatUpdate", "e T k ae", "heat_dt",
              "T_mean T_max energy energy_in energy_out energy_model_leak energy_residual heat_subcycles"),
     "heater": ("HeatFixedTemperature", "q_heater", "heater_on heater_T", "energy_heater"),
-    "loss": ("HeatAmbientLoss", "HeatAmbientWall", "gsx gsy gsz q_loss", "", "energy_loss"),
+    "loss": ("HeatAmbientLoss HeatAmbientWall", "gsx gsy gsz q_loss", "", "energy_loss"),
     "source": ("HeatSource", "q_source", "", "energy_source"),
     "phases": (
         "PhaseTemperatureHold PhaseKineticReset PhaseVapourCondition PhaseEdgesHold",
