@@ -3,7 +3,7 @@
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
             (3.2.1), bubbles (4.1), buoyancy (eqs. 18-19), detachment (4.2.1); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
-Run time    about 6 minutes on two cores (3-D, 20,384 particles); ``--demo`` about 2 minutes.
+Run time    about 11 minutes on two cores (3-D, 20,384 particles); ``--demo`` 2 to 3 minutes, and once 70 s to compile.
 Command     pysph-boiling run steady_boiling
 """
 from dataclasses import dataclass
