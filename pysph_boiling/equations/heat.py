@@ -237,7 +237,7 @@ class HeatAmbientLoss(Equation):
 
     Reads    d_T [K], d_m, s_m [kg], constant heat_dt [s].   Writes   d_gsx, d_gsy, d_gsz [1/m], d_ae [J/(kg s)],
     d_q_loss [J] (positive when heat leaves), own index only.   Errors   ValueError outside the ranges above.
-    Limits   The area of a rough surface is read to about 20 %.
+    Limits   Measured area of a disordered surface: +11 % at a displacement of .2 spacings, +68 % at .3.
     """
 
     def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor):

@@ -520,7 +520,11 @@ class HeatConduction(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Heater(Effect):
-    """Heated wall particles: at a fixed temperature, or of a given heat flux that is delivered exactly."""
+    """Heated wall particles: at a fixed temperature, or of a given heat flux that is delivered exactly.
+
+    Limits: with a flux, each heated particle counts spacing^(dim-1) of area, so mark one layer of the wall only; and
+    there must be one fluid array, or each would get the whole power.
+    """
 
     slot: ClassVar[str] = "heater"
     title: ClassVar[str] = "heater"
@@ -541,6 +545,8 @@ class Heater(Effect):
     def check(self, scene, arrays):
         if not any(np.any(arrays[name].heated == 1) for name in scene.solids if "heated" in arrays[name].properties):
             raise ValueError("heater: no wall particle is heated (property 'heated' of the solids is 0 everywhere)")
+        if self.flux is not None and len(scene.fluids) > 1:
+            raise ValueError(f"heater: a flux heats one fluid array, got {scene.fluids}: each would get all of it")
 
     def properties(self, scene):
         rows = [Property("q_heater", "J", "heat received from the heater since the start", state=True, cumulative=True)]

@@ -16,6 +16,8 @@ from pysph_boiling.phases import Phase
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
+MAX_SUBCYCLES = 100_000  # heat steps in a step; more means that the enthalpy diverges, not that the scene is stiff
+
 
 def set_constant(pa, name, value):
     """Set a constant of a particle array on the host and, where there is one, on the device."""
@@ -153,7 +155,12 @@ class PBFIntegrator(Integrator):
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
         fastest = max(float(np.max(np.abs(self.host(pa, "ae")), initial=0.0)) for pa in self.arrays)
-        return max(1, math.ceil(dt / self.heat_limit - 1e-9), math.ceil(fastest * dt / self.step_limit - 1e-9))
+        wanted = max(1.0, dt / self.heat_limit - 1e-9, fastest * dt / self.step_limit - 1e-9)
+        if not (math.isfinite(fastest) and wanted <= MAX_SUBCYCLES):
+            raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
+                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {fastest:.3g} "
+                             "J/(kg s)")
+        return math.ceil(wanted)
 
     def any_hot(self):
         """Whether any particle could change state: at or above saturation, or not plain liquid."""

@@ -151,6 +151,20 @@ def test_what_must_be_one_array(more, message):
         scheme.setup_properties([*arrays, twin])
 
 
+def test_enthalpy_that_diverges_ends_the_run_instead_of_hanging():
+    scheme, arrays = scene()
+    scheme.setup_properties(arrays)
+    scheme.configure_solver(dt=1e-3)
+    scheme.get_equations()
+    integrator = scheme.integrator
+    integrator.arrays[:] = arrays[:1]
+    assert integrator.count_subcycles(1e-3) == 1
+    for rate in (1e30, np.nan):
+        arrays[0].ae[0] = rate
+        with pytest.raises(ValueError, match="heat steps, more than 100000"):
+            integrator.count_subcycles(1e-3)
+
+
 @pytest.mark.parametrize("T", [0.0, -1.0, 647.1, 700.0, np.nan])
 def test_temperature_is_refused(T):
     scheme, (fluid, *_) = scene()
