@@ -177,7 +177,7 @@ def chosen(only=None, quick=False):
 def main(argv=None):
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
+    from rich.table import Column, Table
 
     parser = argparse.ArgumentParser(prog="mutants", description=__doc__.split("\n")[0])
     parser.add_argument("--list", action="store_true", help="list the mutants and stop")
@@ -201,7 +201,7 @@ def main(argv=None):
         return 0
 
     console.print(f"{len(todo)} mutants; each compiles its module anew, 20 to 60 s")
-    table = Table("module", "mutation", "killed by", "s")
+    table = Table("module", "mutation", Column("killed by", overflow="fold"), "s")
     outcome, begin = [], time.monotonic()
     with tempfile.TemporaryDirectory(prefix="mutants_") as folder:
         root, environment = copy_repository(Path(folder))
@@ -215,7 +215,7 @@ def main(argv=None):
                 start, killer = time.monotonic(), None
                 try:
                     killer = hunt(mutant, root, environment)
-                    fate = escape(killer) if killer else "[red]survived[/red]"
+                    fate = escape(killer.split("::")[-1]) if killer else "[red]survived[/red]"
                 except RuntimeError as error:
                     fate = "[red]did not run[/red]"
                     print(f"mutants: {mutant.module}, {mutant.what}: {error}", file=sys.stderr)

@@ -545,6 +545,9 @@ class Heater(Effect):
     def check(self, scene, arrays):
         if not any(np.any(arrays[name].heated == 1) for name in scene.solids if "heated" in arrays[name].properties):
             raise ValueError("heater: no wall particle is heated (property 'heated' of the solids is 0 everywhere)")
+        if self.temperature is not None and self.temperature >= scene.material.T_crit:
+            raise ValueError(f"heater.temperature must be below the critical point of {scene.material.name}, "
+                             f"{scene.material.T_crit} K, got {self.temperature} K")
         if self.flux is not None and len(scene.fluids) > 1:
             raise ValueError(f"heater: a flux heats one fluid array, got {scene.fluids}: each would get all of it")
 

@@ -184,16 +184,17 @@ class PBFIntegrator(Integrator):
 class HeatClock(Tool):
     """Sets ``heat_dt`` before each step of a scheme that is not ours, so that :class:`HeatUpdate` may be its guest.
 
-    Add it with ``app.add_tool(HeatClock(arrays))``. PySPH's initial evaluation, before the first step, then moves no
-    heat. ``evaluations`` is how often the host's integrator evaluates in a step (1 for PEC, 2 for EPEC). The explicit
-    limit is the host scheme's affair: :func:`pysph_boiling.schemes.effects.heat_step_limit` gives it.
+    Return it from ``create_tools``; the constant ``heat_dt`` must be on the arrays when PySPH compiles, so add it in
+    ``create_particles`` (see ``examples/reuse_wcsph.py``). PySPH's initial evaluation, before the first step, then
+    moves no heat. ``evaluations`` is how often the host's integrator evaluates in a step (1 for PEC, 2 for EPEC). The
+    explicit limit is the host's affair: :func:`pysph_boiling.schemes.effects.heat_step_limit` gives it.
     """
 
     def __init__(self, arrays, evaluations=1):
         self.arrays, self.evaluations = list(arrays), int(evaluations)
         for pa in self.arrays:
             if "heat_dt" not in pa.constants:
-                pa.add_constant("heat_dt", 0.0)
+                raise ValueError(f"array '{pa.name}' has no constant heat_dt [s]: add it when the array is made")
 
     def pre_step(self, solver):
         for pa in self.arrays:

@@ -27,6 +27,7 @@ COMMANDS = [
     ("run steady_boiling --seed -1", "scene.seed must be >= 0, got -1"),
     ("run steady_boiling --superheat 300", "scene.superheat must be <= 250.0 K, got 300.0 K"),
     ("run steady_boiling --subcooling 400", "scene.subcooling must be <= 80.0 K, got 400.0 K"),
+    ("run heated_slab --T-1 700", "heater.temperature must be below the critical point of water at 1 atm, 647.1 K"),
     ("run heated_slab --T-0 700", "temperature of liquid water at 1 atm must lie in (0, 647.1) K, got 700.0 K"),
     # effects
     ("run dam_break --heat", "unrecognized arguments: --heat"),
