@@ -9,6 +9,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.vapour import Vapour
 
 __all__ = ["BubbleTable", "Departures", "bubble_table", "store_sizes"]
 
@@ -38,44 +39,22 @@ def bubble_table(arrays, scene, period=(0.0, 0.0, 0.0)):
     bubble are then taken relative to one of its members, by the nearest image (a bubble must be shorter than half a
     period).
     """
-    columns = {name: [] for name in ("x", "y", "z", "m", "e", "bubble")}
-    for pa in arrays:
-        vapour = np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR)
-        for name, parts in columns.items():
-            parts.append(pa.get(name, only_real_particles=True)[vapour])
-    data = {name: np.concatenate(parts) for name, parts in columns.items()}
-    label, first, index, n = np.unique(data["bubble"], return_index=True, return_inverse=True, return_counts=True)
-    place = np.stack([data["x"], data["y"], data["z"]], -1)
-    anchor = place[first][index]
-    offset = place - anchor
-    for axis, length in enumerate(period):
-        if length > 0.0:
-            offset[:, axis] -= length * np.round(offset[:, axis] / length)
-    bubbles = len(label)
-
-    def summed(values):
-        return np.bincount(index, weights=values, minlength=bubbles)
-
-    mean = np.stack([summed(offset[:, axis]) for axis in range(3)], -1) / n[:, None] if bubbles else np.zeros((0, 3))
-    radius = summed(np.linalg.norm(offset - mean[index], axis=1)) / np.maximum(n, 1)
-    mass = summed(data["m"])
+    vapour = Vapour(arrays)
+    place, centroid = vapour.places(period)
+    distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
+    m = vapour.get("m")
+    mass = vapour.sum(m)
     volume = mass / scene.rho0
     equivalent = np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
-    deficit = summed(data["m"] * np.maximum(scene.material.L - data["e"], 0.0))
-    return BubbleTable(label, n, mass, place[first] + mean, radius, equivalent, deficit)
+    deficit = vapour.sum(m * np.maximum(scene.material.L - vapour.get("e"), 0.0))
+    return BubbleTable(vapour.label, vapour.n, mass, centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),
+                       equivalent, deficit)
 
 
 def store_sizes(arrays):
     """Write the number of particles of its bubble to each vapour particle (``bubble_n``), 0 to all others."""
-    vapour = [np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR) for pa in arrays]
-    labels = np.concatenate([pa.get("bubble", only_real_particles=True)[who] for pa, who in zip(arrays, vapour)])
-    _, index, size = np.unique(labels, return_inverse=True, return_counts=True)
-    sizes = np.split(size[index], np.cumsum([len(who) for who in vapour])[:-1])
-    for pa, who, values in zip(arrays, vapour, sizes):
-        pa.bubble_n[:] = 0
-        pa.bubble_n[who] = values
-        if pa.gpu is not None:
-            pa.gpu.push("bubble_n")
+    vapour = Vapour(arrays)
+    vapour.put("bubble_n", vapour.n[vapour.index], elsewhere=0)
 
 
 class Departures(Tool):

@@ -87,7 +87,10 @@ class Ledger(Tool):
 
     def energy(self, arrays):
         """Enthalpy of the domain [J]."""
-        return float(np.sum(gather(arrays, "m") * gather(arrays, "e"))) if self.thermal else 0.0
+        if not self.thermal:
+            return 0.0
+        stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
+        return float(np.sum(gather(arrays, "m") * gather(arrays, "e"))) + stored
 
     @staticmethod
     def mass(arrays):

@@ -2,7 +2,7 @@
 
 Two passes over an upward cone: liquid with nothing above it is film; vapour whose cone holds nothing but film is
 free. What then happens to a bubble (it leaves, or returns as liquid under a lid) is decided on the host after the
-step, by :class:`pysph_boiling.schemes.venting.VentingTool`.
+step, by :class:`pysph_boiling.schemes.effects.venting.VentingTool`.
 """
 from math import sqrt
 
@@ -63,7 +63,7 @@ class VentingFilm(Equation):
 
 
 class VentingFree(Equation):
-    """Steps in a row for which a vapour particle has had nothing but film in its upward cone.
+    """Vapour that has something other than film in its upward cone.
 
     Source: ours (see :class:`VentingFilm`).
 
@@ -71,7 +71,7 @@ class VentingFree(Equation):
     ----------
     ux, uy, uz, cosine, lowest : float   As :class:`VentingFilm`.
 
-    Reads    d_phase, s_film, positions.   Writes   d_covered (0 or 1), d_free (count), own index only.
+    Reads    d_phase, s_film, positions.   Writes   d_covered (0 or 1), own index only.
     Needs    VentingFilm in an earlier group.   Errors   as :class:`VentingFilm`.
     """
 
@@ -109,15 +109,9 @@ class VentingFree(Equation):
                             if up > self.cosine*sqrt(r2):
                                 d_covered[d_idx] = 1
 
-    def post_loop(self, d_idx, d_covered, d_free):
-        if d_covered[d_idx] == 1:
-            d_free[d_idx] = 0
-        else:
-            d_free[d_idx] += 1
-
 
 class VentingRelease(Equation):
-    """Free vapour falls: gravity is all that acts on it. Comes last in the force stage.
+    """Free vapour falls: gravity is all that acts on it. Comes last in the force stage, and counts the free steps.
 
     Source: ours; with buoyancy, free vapour would fly out of the pool.
 
@@ -125,7 +119,8 @@ class VentingRelease(Equation):
     ----------
     gx, gy, gz : float   Gravity [m/s^2].
 
-    Reads    d_free.   Writes   d_au, d_av, d_aw [m/s^2], own index only.   Needs   VentingFree earlier in the step.
+    Reads    d_phase, d_covered.   Writes   d_free (steps in a row for which vapour has been free), d_au, d_av, d_aw
+    [m/s^2], own index only.   Needs   VentingFree earlier in the step, if there is any vapour.
     """
 
     def __init__(self, dest, sources, gx=0.0, gy=0.0, gz=0.0):
@@ -134,8 +129,14 @@ class VentingRelease(Equation):
         self.gz = float(gz)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_free, d_au, d_av, d_aw):
-        if d_free[d_idx] > 0:
-            d_au[d_idx] = self.gx
-            d_av[d_idx] = self.gy
-            d_aw[d_idx] = self.gz
+    def post_loop(self, d_idx, d_phase, d_covered, d_free, d_au, d_av, d_aw):
+        if d_phase[d_idx] != 3:
+            d_free[d_idx] = 0
+        else:
+            if d_covered[d_idx] == 1:
+                d_free[d_idx] = 0
+            else:
+                d_free[d_idx] += 1
+                d_au[d_idx] = self.gx
+                d_av[d_idx] = self.gy
+                d_aw[d_idx] = self.gz

@@ -12,7 +12,7 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.effects.base import host
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -72,17 +72,19 @@ class PBFIntegrator(Integrator):
     The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage.
     """
 
-    def plan(self, *, stages, fluids, hook_arrays, ghosts, pairs, heat_limit=math.inf, step_limit=math.inf,
+    def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
              frozen=False):
         """Tell the integrator what was built.
 
-        ``stages`` names in the order of the evaluators; ``fluids`` names of the fluid arrays; ``hook_arrays`` a list
-        that is filled with these arrays once the solver has them (also on a restart); ``pairs`` the (dest, source)
-        names whose neighbour lists are used; ``heat_limit`` the explicit limit of the heat step [s]; ``step_limit``
-        the largest change of enthalpy in one heat step [J/kg].
+        ``stages`` names in the order of the evaluators; ``arrays`` pairs of names and a list that is filled with
+        these arrays once the solver has them (also on a restart), first the fluids; ``pairs`` the (dest, source) names
+        whose neighbour lists are used; ``conditions`` maps a stage to functions of the fluid arrays, one of which must
+        hold for a step to run it (no functions: always); ``heat_limit`` the explicit limit of the heat step [s];
+        ``step_limit`` the largest change of enthalpy in one heat step [J/kg].
         """
         self.stages = {name: index for index, name in enumerate(stages)}
-        self.fluids, self.arrays, self.ghosts, self.pairs = fluids, hook_arrays, ghosts, pairs
+        self.arrays = arrays[0][1]
+        self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
         self.heat_limit, self.step_limit, self.frozen = heat_limit, step_limit, frozen
         self.heat_subcycles = 0
         self.searched = False
@@ -91,7 +93,8 @@ class PBFIntegrator(Integrator):
     def set_nnps(self, nnps):
         super().set_nnps(nnps)
         found = {pa.name: pa for pa in nnps.particles}
-        self.arrays[:] = [found[name] for name in self.fluids]
+        for names, arrays in self.named:
+            arrays[:] = [found[name] for name in names]
         self.ghosts.arrays = self.arrays
 
     def initial_acceleration(self, t, dt):
@@ -115,20 +118,36 @@ class PBFIntegrator(Integrator):
     def stages_at_prediction(self, dt):
         """Indices of the stages to run on the predicted positions, decided as the step goes on."""
         self.search()
+        for pa in self.arrays:
+            if "steps" in pa.constants:
+                set_constant(pa, "steps", pa.steps[0] + 1.0)
         if "heat" in self.stages:
             self.heat_subcycles = self.count_subcycles(dt)
             for pa in self.arrays:
                 set_constant(pa, "heat_dt", dt / self.heat_subcycles)
             for _ in range(self.heat_subcycles):
                 yield self.stages["heat"]
-        if "phases" in self.stages and self.any_hot():
-            yield self.stages["phases"]
-        if "bubbles" in self.stages and self.any_vapour():
+        for name in ("phases", "burst"):
+            if self.called_for(name):
+                yield self.stages[name]
+        if self.called_for("bubbles"):
             yield self.stages["bubbles"]
+            if any("relabel" in pa.constants and pa.relabel[0] > 0.0 for pa in self.arrays):
+                yield self.stages["bubbles"]
         if "density" in self.stages:
             for pa in self.arrays:
                 set_constant(pa, "sweeps", 0.0)
             yield self.stages["density"]
+            if self.called_for("oscillation"):
+                yield self.stages["oscillation"]
+                yield self.stages["density"]
+
+    def called_for(self, name):
+        """Whether the stage was built and the present state needs it."""
+        if name not in self.stages:
+            return False
+        conditions = self.conditions.get(name, ())
+        return not conditions or any(needed(self.arrays) for needed in conditions)
 
     def stages_at_correction(self):
         """Indices of the stages to run on the corrected positions and the new velocities."""
@@ -154,31 +173,13 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
-        fastest = max(float(np.max(np.abs(self.host(pa, "ae")), initial=0.0)) for pa in self.arrays)
+        fastest = max(float(np.max(np.abs(host(pa, "ae")), initial=0.0)) for pa in self.arrays)
         wanted = max(1.0, dt / self.heat_limit - 1e-9, fastest * dt / self.step_limit - 1e-9)
         if not (math.isfinite(fastest) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
                              f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {fastest:.3g} "
                              "J/(kg s)")
         return math.ceil(wanted)
-
-    def any_hot(self):
-        """Whether any particle could change state: at or above saturation, or not plain liquid."""
-        return any(
-            bool(np.any(self.host(pa, "e") >= 0.0) or np.any(self.host(pa, "phase") != Phase.LIQUID))
-            for pa in self.arrays
-        )
-
-    def any_vapour(self):
-        """Whether there is any vapour."""
-        return any(bool(np.any(self.host(pa, "phase") == Phase.VAPOUR)) for pa in self.arrays)
-
-    @staticmethod
-    def host(pa, name):
-        """A property of the real particles on the host."""
-        if pa.gpu is not None:
-            pa.gpu.pull(name)
-        return pa.get(name, only_real_particles=True)
 
 
 class HeatClock(Tool):

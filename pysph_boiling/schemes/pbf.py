@@ -64,7 +64,7 @@ class PBFScheme(Scheme):
         self.effects = {}
         effects["density"] = DensityConstraint() if density is _DEFAULT else density
         self.set_effects(**effects)
-        self.ghosts, self.arrays = Ghosts(), []
+        self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
         self.dt = None
         self.integrator = None
         super().__init__(list(fluids), list(solids), dim)
@@ -174,12 +174,17 @@ class PBFScheme(Scheme):
         if "heat" in self.effects:
             heat_limit = self.effects["heat"].step_limit(scene)
             step_limit = self.effects["heat"].subcycle_share * self.material.L
+        conditions = {}
+        for effect in self.effects.values():
+            for name, needed in effect.conditions(scene).items():
+                conditions.setdefault(name, []).append(needed)
         if self.integrator is None:
             raise RuntimeError("call configure_solver before get_equations")
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
-                stages=list(built), fluids=list(self.fluids), hook_arrays=self.arrays, ghosts=self.ghosts, pairs=pairs,
-                heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects)
+                stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
+                ghosts=self.ghosts, pairs=pairs, conditions=conditions, heat_limit=heat_limit, step_limit=step_limit,
+                frozen="density" not in self.effects)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
                 warnings.warn(sentence, stacklevel=2)
@@ -211,7 +216,8 @@ class PBFScheme(Scheme):
         for name in self.solids:
             self._give(arrays[name], WALL_PROPERTIES, clean)
         for name in self.sites:
-            self._give(arrays[name], [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")], clean)
+            rows = [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")]
+            self._give(arrays[name], [*rows, *self.gather("site_properties")], clean)
         self.check(particles)
         for effect in self.effects.values():
             effect.prepare(scene, arrays)

@@ -56,8 +56,24 @@ STAGES = (
     )),
     Stage("phases", "some liquid at or above saturation", (
         Block((GroupSpec("edges", "kinetic condition and state machine", ("phase", "T")),)),
+        Block((
+            GroupSpec("occupied", "sites that hold a bubble"),
+            GroupSpec("absorb", "superheated liquid pays into the nearest site"),
+            GroupSpec("emit", "a site that can pay turns the nearest liquid into vapour"),
+            GroupSpec("become", "the chosen liquid becomes vapour", ("phase", "T", "e")),
+        )),
     )),
-    Stage("bubbles", "some vapour", (
+    Stage("burst", "enough superheat for one region to fire", (
+        Block((
+            GroupSpec("region", "heat of the region round each superheated particle", ("region_heat", "candidate")),
+            GroupSpec("near", "the strongest candidate in reach", ("near_heat", "near_key", "near_uid")),
+            GroupSpec("fire", "candidates that are the strongest within two radii", ("fires",)),
+            GroupSpec("choose", "the cut that chooses members of a region", ("cut_key", "cut_uid", "rest")),
+            GroupSpec("share", "new enthalpy and phase of the members"),
+            GroupSpec("commit", "members change", ("e", "phase", "T")),
+        )),
+    )),
+    Stage("bubbles", "some vapour; again if bubbles lost or gained particles by it", (
         Block((GroupSpec("start", "every particle its own parent", ("grandparent",)),)),
         Block((
             GroupSpec("snap", "grandparents", ("grandparent",)),
@@ -67,20 +83,30 @@ STAGES = (
         ), iterate="label_rounds"),
         Block((
             GroupSpec("label", "labels", ("bubble",)),
+            GroupSpec("condense", "subcooled vapour condenses", ("e", "phase", "T")),
+            GroupSpec("interface", "liquid in transition joins the nearest bubble", ("joined",)),
+            GroupSpec("pool", "pooled latent heat turns the nearest liquid into vapour", ("e", "phase", "T")),
             GroupSpec("film", "liquid that is itself free surface", ("film",)),
             GroupSpec("free", "vapour under nothing but film"),
         )),
     )),
-    Stage("density", "always", (
+    Stage("density", "always; once more after the oscillation", (
         Block((
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
             GroupSpec("correction", "position correction, containers", ("x", "y", "z")),
         ), iterate="sweeps"),
     )),
+    Stage("oscillation", "some bubble outside its radii", (
+        Block((
+            GroupSpec("measure", "radius of each bubble, and what it lacks"),
+            GroupSpec("push", "radial correction", ("x", "y", "z")),
+        )),
+    )),
     Stage("forces", "always", (
         Block((
             GroupSpec("sum", "every acceleration of the next prediction"),
             GroupSpec("release", "free vapour falls"),
+            GroupSpec("volume", "rest volume of the next step", ("swell",)),
         )),
     )),
 )

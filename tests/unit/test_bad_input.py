@@ -76,7 +76,7 @@ def test_describe_writes_and_compiles_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("pysph.sph.sph_compiler.SPHCompiler.compile", lambda _: pytest.fail("compiled"))
     assert cli.main(["run", "steady_boiling", "--describe", "--no-drag"]) == 0
     out = capsys.readouterr().out
-    assert "stage density (always)" in out and "for tension" in out and "for drag" not in out
+    assert "stage density (always;" in out and "for tension" in out and "for drag" not in out
     assert not list(tmp_path.iterdir())
 
 

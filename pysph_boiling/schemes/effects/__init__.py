@@ -1,0 +1,23 @@
+"""Effects: what a scene may ask for. One frozen dataclass each, nothing else to change when one is added.
+
+An effect states its parameters (with unit, bounds and meaning), the effects it needs, the properties, constants,
+energy flows and result columns it adds, and yields its equations as :class:`Term`. A scene that leaves an effect out
+has none of these. A class registers itself by its ``slot``; several classes may share a slot (two containers). Slots
+are in the order of the imports below: so stand their terms in a group, and so their tools act after a step.
+"""
+# ruff: noqa: I001 - the order of these imports is the order of the slots
+from pysph_boiling.schemes.effects.base import (
+    EFFECTS, Column, Effect, Flow, Scene, check_parameters, cumulative, gather, param, total,
+)
+from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
+from pysph_boiling.schemes.effects.phases import PhaseChange, PresetNucleation
+from pysph_boiling.schemes.effects.bubbles import BubbleLabels, Buoyancy, Cohesion, Drag, SiteAdhesion
+from pysph_boiling.schemes.effects.venting import Venting
+
+__all__ = [
+    "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "CylinderContainer",
+    "DensityConstraint", "Drag", "EFFECTS", "Effect", "Flow", "HeatConduction", "HeatSource", "Heater", "PhaseChange",
+    "PresetNucleation", "Scene", "SiteAdhesion", "Venting", "XSPHViscosity", "check_parameters", "cumulative", "gather",
+    "heat_step_limit", "param", "total",
+]

@@ -1,0 +1,246 @@
+"""What every effect shares: parameters with unit and bounds, what an effect may know and what it may add."""
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from pysph_boiling.particles import Property
+from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.stages import Term
+
+__all__ = [
+    "EFFECTS", "Column", "Effect", "Flow", "Scene", "any_vapour", "check_parameters", "constant", "cumulative",
+    "gather", "host", "param", "total",
+]
+
+EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """What an effect may know about the scene it belongs to. Lengths in m, times in s, masses in kg."""
+
+    fluids: tuple[str, ...]
+    solids: tuple[str, ...]
+    sites: tuple[str, ...]
+    dim: int
+    spacing: float
+    h: float
+    kernel: Any
+    rho0: float
+    material: Any
+    gravity: tuple[float, float, float]
+    effects: dict[str, "Effect"]
+
+    @property
+    def g(self):
+        """Magnitude of gravity [m/s^2]."""
+        return float(np.linalg.norm(self.gravity))
+
+    @property
+    def up(self):
+        """Unit vector against gravity; along the last axis where there is none."""
+        if self.g == 0.0:
+            return tuple(float(axis == self.dim - 1) for axis in range(3))
+        return tuple(-component / self.g for component in self.gravity)
+
+    @property
+    def particle_mass(self):
+        """Mass of a particle of the rest lattice [kg, or kg/m in 2-D]."""
+        return self.rho0 * self.spacing**self.dim
+
+    @property
+    def fall_time(self):
+        """t* = sqrt(spacing/|g|) [s], the unit of time of the tuned rates; infinite without gravity."""
+        return math.sqrt(self.spacing / self.g) if self.g else math.inf
+
+    @property
+    def support(self):
+        """Support radius of the kernel [m]."""
+        return self.kernel.radius_scale * self.h
+
+
+class Column(NamedTuple):
+    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays."""
+
+    name: str
+    unit: str
+    meaning: str
+    value: Callable
+
+
+class Flow(NamedTuple):
+    """Enthalpy that crosses the border of the domain [J]: the sum of a per-particle property, or a constant.
+
+    ``sign`` is +1 where a positive value brings energy in. ``leak`` marks energy made or lost by a literal form of the
+    paper: it is no flow, but the ledger closes with it.
+    """
+
+    name: str
+    sign: int
+    prop: str | None = None
+    constant: str | None = None
+    leak: bool = False
+
+
+def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None):
+    """A parameter of an effect: a dataclass field that carries unit, meaning and bounds.
+
+    ``low`` and ``high`` are allowed values, ``above`` is not. ``None`` as the default means that the scene decides.
+    """
+    meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices)
+    return field(default=default, metadata=meta)
+
+
+def check_parameters(instance, label):
+    """Coerce the parameters of a dataclass made of :func:`param` and check them against their bounds."""
+    for spec in dataclasses.fields(instance):
+        value, meta = getattr(instance, spec.name), spec.metadata
+        if "unit" not in meta or (value is None and spec.default is None):
+            continue
+        name, unit = f"{label}.{spec.name}", "" if meta["unit"] == "-" else f" {meta['unit']}"
+        if meta["choices"]:
+            if value not in meta["choices"]:
+                raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}")
+            continue
+        if isinstance(value, bool) or isinstance(spec.default, bool):
+            if not isinstance(value, bool):
+                raise ValueError(f"{name} must be True or False, got {value!r}")
+            continue
+        try:
+            numbers = tuple(float(v) for v in value) if isinstance(value, (tuple, list, np.ndarray)) else float(value)
+        except (TypeError, ValueError):
+            raise ValueError(f"{name} must be a number{' in' + unit if unit else ''}, got {value!r}") from None
+        for number in numbers if isinstance(numbers, tuple) else (numbers,):
+            for bad, text in (
+                (not math.isfinite(number), "be finite"),
+                (meta["low"] is not None and number < meta["low"], f"be >= {meta['low']}{unit}"),
+                (meta["high"] is not None and number > meta["high"], f"be <= {meta['high']}{unit}"),
+                (meta["above"] is not None and number <= meta["above"], f"be > {meta['above']}{unit}"),
+            ):
+                if bad:
+                    raise ValueError(f"{name} must {text}, got {number}{unit}")
+        if isinstance(spec.default, int) and not isinstance(numbers, tuple):
+            if numbers != int(numbers):
+                raise ValueError(f"{name} must be a whole number, got {value}")
+            numbers = int(numbers)
+        object.__setattr__(instance, spec.name, numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """Base of all effects. Subclasses are frozen dataclasses whose fields are made by :func:`param`."""
+
+    slot: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    requires: ClassVar[tuple[str, ...]] = ()
+    on_device: ClassVar[bool] = False  # whether it was shown to run on OpenCL
+
+    @property
+    def removes_particles(self):
+        """Whether particles leave the arrays, so that what they summed up must be carried on."""
+        return False
+
+    def __init_subclass__(cls, **kwargs):
+        super().__init_subclass__(**kwargs)
+        EFFECTS.setdefault(cls.slot, []).append(cls)
+
+    def __post_init__(self):
+        check_parameters(self, self.slot)
+
+    def replaced(self, **changes):
+        """A copy with some parameters changed."""
+        unknown = changes.keys() - {spec.name for spec in dataclasses.fields(self)}
+        if unknown:
+            raise ValueError(f"{self.title} has no parameter {', '.join(sorted(unknown))}")
+        return dataclasses.replace(self, **changes)
+
+    def properties(self, scene) -> tuple[Property, ...]:
+        """Properties this effect adds to each fluid array."""
+        return ()
+
+    def constants(self, scene) -> dict[str, Any]:
+        """Constants this effect adds to each fluid array, with their initial values."""
+        return {}
+
+    def flows(self, scene) -> tuple[Flow, ...]:
+        """Enthalpy that this effect carries across the border of the domain."""
+        return ()
+
+    def columns(self, scene) -> tuple[Column, ...]:
+        """Columns this effect adds to the results."""
+        return ()
+
+    def check(self, scene, arrays):
+        """Raise ``ValueError`` where the scene's arrays cannot serve this effect."""
+
+    def prepare(self, scene, arrays):
+        """Set constants that depend on the arrays, once they have all their properties."""
+
+    def warnings(self, scene, dt) -> Iterator[str]:
+        """Sentences about parameters that are known to give poor results at time step ``dt`` [s]."""
+        return iter(())
+
+    def terms(self, scene, fluid) -> Iterator[Term]:
+        """Equations with ``fluid`` as their destination."""
+        return iter(())
+
+    def hooks(self, scene) -> dict[str, Callable]:
+        """What runs on the host after a group: place -> function of the fluid arrays."""
+        return {}
+
+    def conditions(self, scene) -> dict[str, Callable]:
+        """When this effect needs a stage: name -> function of the fluid arrays. Others may need it all the same."""
+        return {}
+
+    def site_properties(self, scene) -> tuple[Property, ...]:
+        """Properties this effect adds to each array of sites."""
+        return ()
+
+    def stored(self, sites) -> float:
+        """Enthalpy that this effect keeps with the arrays of ``sites`` [J]; it belongs to the domain."""
+        return 0.0
+
+    def tools(self, scheme) -> Iterator:
+        """PySPH tools that act between steps, before the ledger looks."""
+        return iter(())
+
+
+def constant(arrays, name):
+    """Sum of a constant over all arrays, and over its entries."""
+    return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
+
+
+def total(arrays, name, carried=True):
+    """Sum of a property over the real particles of all arrays, with what removed particles took along."""
+    value = 0.0
+    for pa in arrays:
+        value += float(np.sum(host(pa, name), dtype=float))
+        if carried and f"carried_{name}" in pa.constants:
+            value += float(pa.constants[f"carried_{name}"].get_npy_array()[0])
+    return value
+
+
+def host(pa, name):
+    """A property of the real particles of one array, on the host."""
+    if pa.gpu is not None:
+        pa.gpu.pull(name)
+    return pa.get(name, only_real_particles=True)
+
+
+def gather(arrays, name):
+    """A property of the real particles of all arrays, in one array."""
+    return np.concatenate([host(pa, name) for pa in arrays])
+
+
+def any_vapour(arrays):
+    """Whether there is any vapour."""
+    return any(bool(np.any(host(pa, "phase") == Phase.VAPOUR)) for pa in arrays)
+
+
+def cumulative(name, unit, meaning, prop):
+    """Column that sums a cumulative per-particle property."""
+    return Column(name, unit, meaning, lambda arrays, scene: total(arrays, prop))

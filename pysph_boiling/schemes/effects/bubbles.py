@@ -1,0 +1,184 @@
+"""Bubbles: labels, and the forces that make them rise, hold together, stick to a site and drag the liquid along."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import bubble_groups, buoyancy, surface_tension
+from pysph_boiling.particles import Property
+from pysph_boiling.schemes.effects.base import Column, Effect, any_vapour, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["BubbleLabels", "Buoyancy", "Cohesion", "Drag", "SiteAdhesion"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BubbleLabels(Effect):
+    """Bubbles as connected components of vapour, labelled by their smallest uid."""
+
+    slot: ClassVar[str] = "bubbles"
+    title: ClassVar[str] = "bubble labels"
+    requires: ClassVar[tuple[str, ...]] = ("phases",)
+    link_radius: float = param(1.4, "-", "vapour particles nearer than this, in spacings, belong together",
+                               above=0.0, high=2.0)
+
+    MAX_ROUNDS: ClassVar[int] = 200  # a shuffled chain of n settles in about log2(n); 200 is never reached
+
+    def properties(self, scene):
+        return (
+            Property("parent", "-", "parent in the label forest (index)", "int"),
+            Property("grandparent", "-", "grandparent in the label forest (index)", "int"),
+            Property("unsettled", "-", "1 where a grandparent changed in the last round", "int"),
+            Property("bubble", "-", "smallest uid of the bubble; NO_BUBBLE outside", "unsigned int", True),
+            Property("bubble_n", "-", "particles in the bubble; 0 outside", "int", True),
+        )
+
+    def constants(self, scene):
+        return {"bubble_rounds": 0.0}
+
+    def check(self, scene, arrays):
+        if len(scene.fluids) > 1:
+            raise ValueError(f"bubbles: labels need all liquid and vapour in one fluid array, got {scene.fluids}")
+
+    def columns(self, scene):
+        from pysph_boiling.analysis.bubbles import bubble_table
+
+        def number(arrays, scene):
+            return float(len(bubble_table(arrays, scene).label))
+
+        def single(arrays, scene):
+            return float(np.count_nonzero(bubble_table(arrays, scene).n == 1))
+
+        def radius(arrays, scene):
+            table = bubble_table(arrays, scene)
+            return float(np.mean(table.equivalent_radius)) if len(table.label) else 0.0
+
+        return (
+            Column("n_bubbles", "-", "bubbles", number),
+            Column("bubble_radius_mean", "m", "mean equivalent radius of the bubbles; 0 without bubbles", radius),
+            Column("n_single_bubbles", "-", "bubbles of one particle", single),
+        )
+
+    def conditions(self, scene):
+        return {"bubbles": any_vapour}
+
+    def hooks(self, scene):
+        from pysph_boiling.analysis.bubbles import store_sizes
+
+        return {"bubbles.label": store_sizes}
+
+    def terms(self, scene, fluid):
+        yield Term("bubbles.start", bubble_groups.BubbleStart(fluid, None))
+        yield Term("bubbles.snap", bubble_groups.BubbleSnap(fluid, None))
+        yield Term("bubbles.hook", bubble_groups.BubbleHook(
+            fluid, list(scene.fluids), radius=self.link_radius * scene.spacing))
+        yield Term("bubbles.shortcut", bubble_groups.BubbleShortcut(fluid, None))
+        yield Term("bubbles.check", bubble_groups.BubbleCheck(fluid, None))
+        yield Term("bubbles.label", bubble_groups.BubbleLabel(fluid, None))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Buoyancy(Effect):
+    """Upward force on bubbles, their total force added to gravity."""
+
+    slot: ClassVar[str] = "buoyancy"
+    title: ClassVar[str] = "buoyancy"
+    requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
+    form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
+    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 1 is neutral", low=0.0)
+    a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
+    k_min: float = param(1.2, "-", "form 'ihmsen': smallest factor", low=0.0)
+    k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
+
+    def properties(self, scene):
+        if self.form == "ihmsen":
+            return (Property("vapour_near", "-", "vapour neighbours", "int"),)
+        return ()
+
+    def warnings(self, scene, dt):
+        if scene.g == 0.0:
+            yield "buoyancy: without gravity it does nothing"
+
+    def terms(self, scene, fluid):
+        gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
+        if self.form == "archimedes":
+            yield Term("forces.sum", buoyancy.BubbleBuoyancy(fluid, None, k_bubble=self.k_bubble, **gravity))
+        elif self.form == "paper":
+            yield Term("forces.sum", buoyancy.BubbleBuoyancyPaper(
+                fluid, None, k_bubble=self.k_bubble, a_max=self.a_max, **gravity))
+        else:
+            yield Term("forces.sum", buoyancy.BubbleBuoyancyIhmsen(
+                fluid, list(scene.fluids), k_min=self.k_min, k_max=self.k_max, **gravity))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cohesion(Effect):
+    """Cohesion between vapour particles, which keeps a bubble round and in one piece."""
+
+    slot: ClassVar[str] = "tension"
+    title: ClassVar[str] = "cohesion of vapour"
+    requires: ClassVar[tuple[str, ...]] = ("phases", "density")
+    strength: float = param(None, "-", "in units of gravity; 8 in 2-D and 3 in 3-D if not given", low=0.0)
+    radius: float = param(2.4, "-", "range, in spacings", above=0.0)
+
+    CLEAN, SHREDS = 0.05, 0.16  # strength g dt^2/spacing: measured in the calibration
+
+    def resolved(self, scene):
+        return self.strength if self.strength is not None else {2: 8.0, 3: 3.0}[scene.dim]
+
+    def check(self, scene, arrays):
+        if self.radius * scene.spacing > scene.support * (1.0 + 1e-9):
+            raise ValueError(f"tension.radius must be <= {scene.support / scene.spacing:.3g} spacings (the support of "
+                             f"the kernel), got {self.radius}")
+
+    def warnings(self, scene, dt):
+        number = self.resolved(scene) * scene.g * dt * dt / scene.spacing
+        if number > self.CLEAN:
+            yield (f"tension.strength g dt^2/spacing = {number:.2g} is above {self.CLEAN}: bubbles get noisy"
+                   f"{' and shred' if number >= self.SHREDS else ''}; use more substeps or less cohesion")
+
+    def terms(self, scene, fluid):
+        yield Term("forces.sum", surface_tension.BubbleCohesion(
+            fluid, list(scene.fluids), strength=self.resolved(scene) * scene.g, radius=self.radius * scene.spacing))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SiteAdhesion(Effect):
+    """Adhesion of vapour to its site, which sets the size at which a bubble departs."""
+
+    slot: ClassVar[str] = "adhesion"
+    title: ClassVar[str] = "adhesion to sites"
+    requires: ClassVar[tuple[str, ...]] = ("nucleation", "density")
+    strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
+    radius: float = param(2.4, "-", "range, in spacings", above=0.0)
+
+    def resolved(self, scene):
+        return self.strength if self.strength is not None else {2: 15.0, 3: 8.0}[scene.dim]
+
+    def terms(self, scene, fluid):
+        yield Term("forces.sum", surface_tension.BubbleSiteAdhesion(
+            fluid, list(scene.sites), strength=self.resolved(scene) * scene.g, radius=self.radius * scene.spacing,
+            spacing=scene.spacing))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drag(Effect):
+    """Drag between vapour and liquid, beyond the viscosity that all pairs share."""
+
+    slot: ClassVar[str] = "drag"
+    title: ClassVar[str] = "drag between phases"
+    requires: ClassVar[tuple[str, ...]] = ("phases", "density")
+    rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0)
+
+    RATE: ClassVar[float] = 0.35  # of 1/t*; tuned
+
+    def resolved(self, scene):
+        return self.rate if self.rate is not None else self.RATE / scene.fall_time
+
+    def warnings(self, scene, dt):
+        if self.resolved(scene) * dt > 0.5:
+            yield f"drag.rate * dt = {self.resolved(scene) * dt:.2g} is above 0.5: velocities will overshoot"
+
+    def terms(self, scene, fluid):
+        yield Term("forces.sum", buoyancy.BubbleDrag(
+            fluid, list(scene.fluids), rate=self.resolved(scene), rho0=scene.rho0))

@@ -1,0 +1,223 @@
+"""Heat: conduction, and what brings heat in or takes it out."""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import heat
+from pysph_boiling.particles import Property
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "heat_step_limit"]
+
+
+def heat_step_limit(rho0, c, k, h):
+    """Explicit limit of the heat step [s], 0.1 rho c h^2 / k (Cleary & Monaghan 1999)."""
+    return 0.1 * rho0 * c * h * h / k
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeatConduction(Effect):
+    """Conduction between particles; the state is the specific enthalpy."""
+
+    slot: ClassVar[str] = "heat"
+    title: ClassVar[str] = "heat conduction"
+    laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
+    acceleration: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
+    enhancement: float = param(1.0, "-", "E: conductivity alone, for the convection that is not resolved", above=0.0)
+    subcycle_share: float = param(0.1, "-", "largest change of e in one heat step, in units of L", above=0.0)
+
+    def conductivity(self, k):
+        """Effective conductivity [W/(m K)]."""
+        return k * self.acceleration * self.enhancement
+
+    def properties(self, scene):
+        rows = [
+            Property("e", "J/kg", "specific enthalpy, 0 for saturated liquid", state=True),
+            Property("T", "K", "temperature", state=True),
+            Property("k", "W/(m K)", "effective thermal conductivity"),
+            Property("ae", "J/(kg s)", "rate of enthalpy", state=True),
+        ]
+        if self.laplacian == "paper":
+            rows.append(Property("q_leak", "J", "energy made by the literal Laplacian since the start", state=True,
+                                 cumulative=True))
+        return tuple(rows)
+
+    def constants(self, scene):
+        return {"heat_dt": 0.0}
+
+    def flows(self, scene):
+        if self.laplacian == "paper":
+            return (Flow("energy_model_leak", +1, prop="q_leak", leak=True),)
+        return ()
+
+    def columns(self, scene):
+        return (
+            Column("T_mean", "K", "mean temperature", lambda arrays, scene: float(np.mean(gather(arrays, "T")))),
+            Column("T_max", "K", "highest temperature", lambda arrays, scene: float(np.max(gather(arrays, "T")))),
+        )
+
+    def step_limit(self, scene):
+        """Explicit limit of the heat step [s] over the phases present."""
+        material = scene.material
+        pairs = [(material.c_l, material.k_l)]
+        if "phases" in scene.effects:
+            pairs.append((material.c_v, material.k_v))
+        return min(heat_step_limit(scene.rho0, c, self.conductivity(k), scene.h) for c, k in pairs)
+
+    def terms(self, scene, fluid):
+        material = scene.material
+        if "phases" not in scene.effects:
+            yield Term("heat.temperature", heat.HeatTemperature(
+                fluid, None, T0=material.T_sat, c=material.c_l, k=self.conductivity(material.k_l)))
+        if self.laplacian == "paper":
+            yield Term("heat.exchange", heat.HeatConductionPaper(fluid, list(scene.fluids)))
+        else:
+            yield Term("heat.exchange", heat.HeatConduction(fluid, list(scene.fluids), rho0=scene.rho0))
+        yield Term("heat.update", heat.HeatUpdate(fluid, None))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heater(Effect):
+    """Heated wall particles: at a fixed temperature, or of a given heat flux that is delivered exactly.
+
+    Limits: with a flux, each heated particle counts spacing^(dim-1) of area, so mark one layer of the wall only; and
+    there must be one fluid array, or each would get the whole power.
+    """
+
+    slot: ClassVar[str] = "heater"
+    title: ClassVar[str] = "heater"
+    requires: ClassVar[tuple[str, ...]] = ("heat",)
+    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0)
+    flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if (self.temperature is None) == (self.flux is None):
+            raise ValueError("heater: give exactly one of temperature [K] and flux [W/m^2]")
+
+    def replaced(self, **changes):
+        if len(changes.keys() & {"temperature", "flux"}) == 1:  # the one that is given takes the other's place
+            changes = {"temperature": None, "flux": None, **changes}
+        return super().replaced(**changes)
+
+    def check(self, scene, arrays):
+        if not any(np.any(arrays[name].heated == 1) for name in scene.solids if "heated" in arrays[name].properties):
+            raise ValueError("heater: no wall particle is heated (property 'heated' of the solids is 0 everywhere)")
+        if self.temperature is not None and self.temperature >= scene.material.T_crit:
+            raise ValueError(f"heater.temperature must be below the critical point of {scene.material.name}, "
+                             f"{scene.material.T_crit} K, got {self.temperature} K")
+        if self.flux is not None and len(scene.fluids) > 1:
+            raise ValueError(f"heater: a flux heats one fluid array, got {scene.fluids}: each would get all of it")
+
+    def properties(self, scene):
+        rows = [Property("q_heater", "J", "heat received from the heater since the start", state=True, cumulative=True)]
+        if self.flux is not None:
+            rows += [Property("heater_wet", "1/m^dim", "weight of a liquid particle in the heater's power"),
+                     Property("heater_dry", "1/m^dim", "weight of a vapour particle in the heater's power")]
+        return tuple(rows)
+
+    def constants(self, scene):
+        if self.flux is None:
+            return {"heater_on": 1.0, "heater_T": self.temperature}
+        return {"heater_on": 1.0, "heater_power": 0.0, "heater_weight": [0.0, 0.0], "energy_undelivered": 0.0}
+
+    def prepare(self, scene, arrays):
+        """Set the heater's power [W, or W/m in 2-D] from its area, once the walls are known."""
+        if self.flux is not None:
+            area = sum(int(np.sum(arrays[name].heated)) for name in scene.solids) * scene.spacing ** (scene.dim - 1)
+            for name in scene.fluids:
+                arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].acceleration
+
+    def flows(self, scene):
+        return (Flow("energy_heater", +1, prop="q_heater"),)
+
+    def columns(self, scene):
+        if self.flux is None:
+            return ()
+        return (Column("energy_undelivered", "J", "heater energy with nothing in reach to take it, since the start",
+                       lambda arrays, scene: sum(float(pa.energy_undelivered[0]) for pa in arrays)),)
+
+    def terms(self, scene, fluid):
+        walls = list(scene.solids)
+        if self.flux is None:
+            yield Term("heat.exchange", heat.HeatFixedTemperature(
+                fluid, walls, rho0=scene.rho0, spacing=scene.spacing, dim=scene.dim))
+        else:
+            k = scene.effects["heat"].conductivity
+            k_wet = math.sqrt(k(scene.material.k_l) * k(scene.material.k_v))
+            yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_wet=k_wet))
+            yield Term("heat.exchange", heat.HeatFlux(fluid, None))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AmbientLoss(Effect):
+    """Newton cooling at the free surface."""
+
+    slot: ClassVar[str] = "loss"
+    title: ClassVar[str] = "ambient loss"
+    requires: ClassVar[tuple[str, ...]] = ("heat",)
+    coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0)
+    T_ambient: float = param(293.15, "K", "ambient temperature", above=0.0)
+
+    THRESHOLD: ClassVar[float] = 0.2  # of 1/spacing: half the value in the second layer of a flat surface
+
+    def properties(self, scene):
+        return (
+            Property("gsx", "1/m", "gradient of the indicator function, normal to the free surface"),
+            Property("gsy", "1/m", "gradient of the indicator function"),
+            Property("gsz", "1/m", "gradient of the indicator function"),
+            Property("q_loss", "J", "heat lost to the ambient since the start", state=True, cumulative=True),
+        )
+
+    def flows(self, scene):
+        return (Flow("energy_loss", -1, prop="q_loss"),)
+
+    def factor(self, scene):
+        """Calibration that makes the area of a flat lattice surface exact [-]."""
+        hdx, reach = scene.h / scene.spacing, int(math.ceil(scene.support / scene.spacing)) + 1
+        density = 0.0
+        for layer in range(reach):
+            gradient, grad = 0.0, [0.0, 0.0, 0.0]
+            for index in np.ndindex(*(2 * reach + 1,) * scene.dim):
+                offset = np.zeros(3)
+                offset[:scene.dim] = np.array(index, float) - reach
+                if offset[scene.dim - 1] < -layer - 0.5:  # above the surface: no fluid
+                    continue
+                scene.kernel.gradient(xij=offset, rij=float(np.linalg.norm(offset)), h=hdx, grad=grad)
+                gradient += grad[scene.dim - 1]
+            if abs(gradient) > self.THRESHOLD:
+                density += abs(gradient)
+        return 1.0 / density
+
+    def terms(self, scene, fluid):
+        yield Term("heat.exchange", heat.HeatAmbientLoss(
+            fluid, list(scene.fluids),
+            coefficient=self.coefficient * scene.effects["heat"].acceleration, T_ambient=self.T_ambient,
+            rho0=scene.rho0, threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene)))
+        if scene.solids:
+            yield Term("heat.exchange", heat.HeatAmbientWall(
+                fluid, list(scene.solids), spacing=scene.spacing, dim=scene.dim))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeatSource(Effect):
+    """Uniform volumetric heating."""
+
+    slot: ClassVar[str] = "source"
+    title: ClassVar[str] = "volumetric source"
+    requires: ClassVar[tuple[str, ...]] = ("heat",)
+    density: float = param(0.0, "W/m^3", "power density before the factor A")
+
+    def properties(self, scene):
+        return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,
+                         cumulative=True),)
+
+    def flows(self, scene):
+        return (Flow("energy_source", +1, prop="q_source"),)
+
+    def terms(self, scene, fluid):
+        yield Term("heat.exchange", heat.HeatSource(
+            fluid, None, density=self.density * scene.effects["heat"].acceleration, rho0=scene.rho0))

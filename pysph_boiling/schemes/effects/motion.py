@@ -1,0 +1,216 @@
+"""Motion: the density constraint, containers, viscosity."""
+import warnings
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pysph.solver.tools import Tool
+
+from pysph_boiling.equations import container, density_constraint, viscosity
+from pysph_boiling.particles import Property, lattice_density
+from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
+
+
+class Sweeps(Tool):
+    """Counts the steps whose density sweeps ended at their maximum, above the tolerance; warns at the first."""
+
+    def __init__(self, scheme, effect):
+        self.scheme, self.effect = scheme, effect
+
+    def post_step(self, solver):
+        for pa in self.scheme.arrays:
+            error = float(pa.density_error[0])
+            if pa.sweeps[0] >= self.effect.max_sweeps and error > self.effect.tolerance:
+                pa.unconverged[0] += 1.0
+                if pa.unconverged[0] == 1.0:
+                    warnings.warn(
+                        f"at t = {solver.t + solver.dt:.4g} s the density sweeps of '{pa.name}' ended at their maximum "
+                        f"of {self.effect.max_sweeps} with a mean error of {error:.2%} (tolerance "
+                        f"{self.effect.tolerance:.2%}); more such steps are counted as n_unconverged", stacklevel=2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DensityConstraint(Effect):
+    """Incompressible motion by Position Based Fluids, under gravity. A scene without it stands still."""
+
+    slot: ClassVar[str] = "density"
+    title: ClassVar[str] = "density constraint"
+    on_device: ClassVar[bool] = True
+    min_sweeps: int = param(2, "-", "sweeps that are always done", low=1)
+    max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1)
+    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
+    omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
+    eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
+    longest: float = param(0.25, "-", "displacement limit of a sweep, in spacings", above=0.0)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.min_sweeps > self.max_sweeps:
+            raise ValueError(f"density.min_sweeps = {self.min_sweeps} is above density.max_sweeps = {self.max_sweeps}")
+
+    def properties(self, scene):
+        return (
+            Property("au", "m/s^2", "acceleration that enters the next prediction", state=True),
+            Property("av", "m/s^2", "acceleration", state=True),
+            Property("aw", "m/s^2", "acceleration", state=True),
+            Property("sx", "m", "displacement of this step, x* - x"),
+            Property("sy", "m", "displacement of this step"),
+            Property("sz", "m", "displacement of this step"),
+            Property("lmbda", "kg m^2", "Lagrange multiplier of the density constraint"),
+            Property("compression", "-", "positive part of the density constraint C"),
+            Property("gcx", "1/m", "gradient of C with respect to the particle itself"),
+            Property("gcy", "1/m", "gradient of C"),
+            Property("gcz", "1/m", "gradient of C"),
+            Property("gc2", "1/(kg m^2)", "sum over the others of |grad C|^2 / m"),
+            Property("dpx", "m", "position correction of one sweep"),
+            Property("dpy", "m", "position correction of one sweep"),
+            Property("dpz", "m", "position correction of one sweep"),
+            Property("limited", "-", "corrections cut by the displacement limiter since the start", "int", True, True),
+        )
+
+    def constants(self, scene):
+        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0}
+
+    def columns(self, scene):
+        return (
+            Column("sweeps", "-", "density sweeps of the last step",
+                   lambda arrays, scene: max(float(pa.sweeps[0]) for pa in arrays)),
+            Column("density_error_mean", "-", "mean positive density error before the last sweep",
+                   lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
+            Column("density_error_max", "-", "largest positive density error before the last sweep",
+                   lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
+            Column("n_unconverged", "-", "steps since the start whose sweeps ended above the tolerance",
+                   lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
+            cumulative("n_limited", "-", "corrections cut by the displacement limiter since the start", "limited"),
+        )
+
+    def tools(self, scheme):
+        yield Sweeps(scheme, self)
+
+    def terms(self, scene, fluid):
+        fluids, walls = list(scene.fluids), list(scene.solids)
+        density, squares = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
+        rho_rest = scene.rho0 * density
+        eps = self.eps * squares / (scene.spacing**2 * scene.particle_mass)
+        yield Term("density.multiplier", density_constraint.PBFDensity(fluid, fluids, rho_rest=rho_rest))
+        yield Term("density.correction", density_constraint.PBFPositionCorrection(
+            fluid, fluids, rho_rest=rho_rest, nudge=0.05 * scene.spacing, dim=scene.dim))
+        if walls:
+            yield Term("density.multiplier", density_constraint.PBFBoundaryDensity(fluid, walls, rho_rest=rho_rest))
+            yield Term("density.correction", density_constraint.PBFBoundaryCorrection(fluid, walls, rho_rest=rho_rest))
+        yield Term("density.multiplier", density_constraint.PBFLambda(
+            fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance))
+        yield Term("density.correction", density_constraint.PBFMove(
+            fluid, None, omega=self.omega, longest=self.longest * scene.spacing))
+        gx, gy, gz = scene.gravity
+        yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
+
+
+PROJECTED = Property("projected", "-", "projections into the container since the start", "int", True, True)
+N_PROJECTED = cumulative("n_projected", "-", "projections into the container since the start", "projected")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxContainer(Effect):
+    """A box that particles cannot leave: they are projected back to its inside."""
+
+    slot: ClassVar[str] = "container"
+    title: ClassVar[str] = "box container"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
+    lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
+    upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
+    margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if len(self.lower) != 3 or len(self.upper) != 3:
+            raise ValueError("container.lower and container.upper must hold three lengths [m] each")
+
+    def properties(self, scene):
+        return (PROJECTED,)
+
+    def columns(self, scene):
+        return (N_PROJECTED,)
+
+    def bounds(self, scene):
+        """Corners that particle centres may reach [m]."""
+        inset = self.margin * scene.spacing
+        lower = [v + inset if axis < scene.dim else 0.0 for axis, v in enumerate(self.lower)]
+        upper = [v - inset if axis < scene.dim else 0.0 for axis, v in enumerate(self.upper)]
+        return lower, upper
+
+    def check(self, scene, arrays):
+        lower, upper = self.bounds(scene)
+        for axis in range(scene.dim):
+            if not lower[axis] < upper[axis]:
+                raise ValueError(f"container: lower {'xyz'[axis]} must be below upper {'xyz'[axis]}, got "
+                                 f"{self.lower[axis]} and {self.upper[axis]} m")
+
+    def terms(self, scene, fluid):
+        lower, upper = self.bounds(scene)
+        yield Term("density.correction", container.PBFBoxContainer(fluid, None, lower=lower, upper=upper))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylinderContainer(Effect):
+    """An upright cylinder that particles cannot leave; in 2-D its section through the axis."""
+
+    slot: ClassVar[str] = "container"
+    title: ClassVar[str] = "cylinder container"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
+    centre: tuple = param((0.0, 0.0), "m", "axis position (x, y); only x counts in 2-D")
+    radius: float = param(1.0, "m", "inner radius", above=0.0)
+    bottom: float = param(0.0, "m", "height of the floor")
+    top: float = param(1.0, "m", "height of the lid")
+    margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
+
+    def properties(self, scene):
+        return (PROJECTED,)
+
+    def columns(self, scene):
+        return (N_PROJECTED,)
+
+    def check(self, scene, arrays):
+        inset = self.margin * scene.spacing
+        if self.radius <= inset or self.top - self.bottom <= 2.0 * inset:
+            raise ValueError(f"container: a cylinder of radius {self.radius} m from {self.bottom} to {self.top} m has "
+                             f"no inside at a spacing of {scene.spacing} m")
+
+    def terms(self, scene, fluid):
+        inset = self.margin * scene.spacing
+        yield Term("density.correction", container.PBFCylinderContainer(
+            fluid, None, centre=self.centre, radius=self.radius - inset, bottom=self.bottom + inset,
+            top=self.top - inset, dim=scene.dim))
+
+
+@dataclass(frozen=True, kw_only=True)
+class XSPHViscosity(Effect):
+    """XSPH viscosity between all fluid particles, and friction at the walls."""
+
+    slot: ClassVar[str] = "viscosity"
+    title: ClassVar[str] = "XSPH viscosity"
+    on_device: ClassVar[bool] = True
+    requires: ClassVar[tuple[str, ...]] = ("density",)
+    rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
+                        "0.7 sqrt(|g|/spacing) if not given", low=0.0)
+    wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0)
+
+    RATE: ClassVar[float] = 0.7  # of 1/t*; tuned
+
+    def resolved(self, scene):
+        return self.rate if self.rate is not None else self.RATE / scene.fall_time
+
+    def warnings(self, scene, dt):
+        if self.resolved(scene) * dt > 0.5:
+            yield f"viscosity.rate * dt = {self.resolved(scene) * dt:.2g} is above 0.5: velocities will overshoot"
+
+    def terms(self, scene, fluid):
+        yield Term("forces.sum", viscosity.PBFXSPHViscosity(
+            fluid, list(scene.fluids), rate=self.resolved(scene), rho0=scene.rho0))
+        if self.wall > 0.0 and scene.solids:
+            yield Term("forces.sum", viscosity.PBFWallFriction(
+                fluid, list(scene.solids), rate=self.wall * self.resolved(scene), rho0=scene.rho0))

@@ -1,0 +1,131 @@
+"""Phases: the four states, and preset nucleation sites."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import nucleation, phase_change
+from pysph_boiling.particles import Property
+from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, gather, host, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["PhaseChange", "PresetNucleation"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseChange(Effect):
+    """The four states of a particle and the edges between them."""
+
+    slot: ClassVar[str] = "phases"
+    title: ClassVar[str] = "phase change"
+    requires: ClassVar[tuple[str, ...]] = ("heat",)
+    interrupt: str = param("hold", "-", "stored latent heat when a site is lost: held, or converted (paper)",
+                           choices=("hold", "convert"))
+    vapour_as_site: bool = param(True, "-", "vapour near a liquid particle counts as a nucleation site")
+    kinetic_radius: float = param(1.5, "-", "reach of vapour as a site, in spacings", above=0.0, high=2.0)
+
+    def properties(self, scene):
+        rows = [
+            Property("phase", "-", "state of the particle, see pysph_boiling.phases.Phase", "int", True),
+            Property("kinetic", "-", "1 where a nucleation site is near", "int"),
+            Property("vaporised", "-", "times the particle completed its latent heat", "int", True, True),
+            Property("interrupted", "-", "times its transition was interrupted", "int", True, True),
+        ]
+        if self.interrupt == "hold":
+            rows.append(Property("e_lat", "J/kg", "latent heat frozen at an interruption", state=True))
+        return tuple(rows)
+
+    def columns(self, scene):
+        def count(phase):
+            return lambda arrays, scene: float(np.count_nonzero(gather(arrays, "phase") == phase))
+
+        def energy(phase):
+            return lambda arrays, scene: float(np.sum(
+                (gather(arrays, "m") * gather(arrays, "e"))[gather(arrays, "phase") == phase]))
+
+        columns = []
+        for phase in Phase:
+            name = phase.name.lower()
+            columns.append(Column(f"n_{name}", "-", f"particles in state {name}", count(phase)))
+            columns.append(Column(f"energy_{name}", "J", f"enthalpy of the particles in state {name}", energy(phase)))
+        columns += [
+            cumulative("n_nucleated", "-", "particles vaporised by completing their latent heat, since the start",
+                       "vaporised"),
+            cumulative("n_interrupted", "-", "interrupted transitions since the start", "interrupted"),
+        ]
+        if self.interrupt == "hold":
+            columns.append(Column("energy_hidden", "J", "held latent heat that no temperature shows", hidden_heat))
+        return tuple(columns)
+
+    def conditions(self, scene):
+        def hot(arrays):
+            return any(bool(np.any(host(pa, "e") >= 0.0) or np.any(host(pa, "phase") != Phase.LIQUID)) for pa in arrays)
+
+        return {"phases": hot}
+
+    def terms(self, scene, fluid):
+        material, k = scene.material, scene.effects["heat"].conductivity
+        state = dict(T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v)
+        conductivities = dict(k_l=k(material.k_l), k_v=k(material.k_v))
+        hold = self.interrupt == "hold"
+        temperature = phase_change.PhaseTemperatureHold if hold else phase_change.PhaseTemperature
+        edges = phase_change.PhaseEdgesHold if hold else phase_change.PhaseEdges
+        yield Term("heat.temperature", temperature(fluid, None, **state, **conductivities))
+        yield Term("phases.edges", phase_change.PhaseKineticReset(fluid, None))
+        if self.vapour_as_site:
+            yield Term("phases.edges", phase_change.PhaseVapourCondition(
+                fluid, list(scene.fluids), radius=self.kinetic_radius * scene.spacing))
+        yield Term("phases.edges", edges(fluid, None, **state))
+
+
+def hidden_heat(arrays, scene):
+    """Held latent heat of superheated particles [J]."""
+    held = np.minimum(gather(arrays, "e"), gather(arrays, "e_lat")) * gather(arrays, "m")
+    return float(np.sum(held[gather(arrays, "phase") == Phase.SUPERHEATED]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PresetNucleation(Effect):
+    """Preset nucleation sites: the kinetic condition near them, and their pull on the liquid."""
+
+    slot: ClassVar[str] = "nucleation"
+    title: ClassVar[str] = "preset nucleation sites"
+    requires: ClassVar[tuple[str, ...]] = ("phases",)
+    radius: float = param(1.6, "-", "radius of a site, in spacings", above=0.0)
+    attraction: float = param(0.5, "-", "pull of a site on liquid, in units of gravity", low=0.0)
+    attraction_radius: float = param(2.4, "-", "reach of the pull, in spacings; beyond the kernel support it slows the "
+                                     "neighbour search of the whole scene", above=0.0)
+
+    @property
+    def reach(self):
+        """Largest radius at which a site acts, in spacings."""
+        return max(self.radius, self.attraction_radius if self.attraction else 0.0)
+
+    def check(self, scene, arrays):
+        if not scene.sites:
+            raise ValueError("nucleation: preset sites need a particle array of sites: pass sites=['sites'] to the "
+                             "scheme and create that array (particles.site_array)")
+        if len(scene.sites) > 1:
+            raise ValueError(f"nucleation: put all preset sites into one array, got {scene.sites}: the pull is towards "
+                             "the nearest site of an array")
+        for name in scene.sites:
+            reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
+            needed = max(self.reach, scene.effects["adhesion"].radius if "adhesion" in scene.effects else 0.0)
+            if reach < needed * (1.0 - 1e-9):
+                raise ValueError(f"sites '{name}' reach {reach:.3g} spacings, the effects need {needed:.3g}: make the "
+                                 f"array with site_array(reach={needed * scene.spacing:.3g})")
+
+    def tools(self, scheme):
+        from pysph_boiling.analysis.bubbles import Departures
+
+        if "bubbles" in scheme.effects:
+            yield Departures(scheme, clearance=self.reach * scheme.spacing)
+
+    def terms(self, scene, fluid):
+        yield Term("phases.edges", nucleation.NucleationSiteCondition(
+            fluid, list(scene.sites), radius=self.radius * scene.spacing))
+        if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
+            yield Term("forces.sum", nucleation.NucleationSiteAttraction(
+                fluid, list(scene.sites), strength=self.attraction * scene.g,
+                radius=self.attraction_radius * scene.spacing))

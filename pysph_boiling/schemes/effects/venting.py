@@ -1,0 +1,135 @@
+"""Venting: what happens to a bubble at the surface. It leaves the simulation, or a lid returns it as liquid."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+from pysph_boiling.equations import venting
+from pysph_boiling.particles import NO_BUBBLE, Property
+from pysph_boiling.phases import Phase, enthalpy, temperature
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["Venting", "VentingTool"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Venting(Effect):
+    """Bubbles that reach the surface leave: removed, or returned as liquid by a lid. Booked either way."""
+
+    slot: ClassVar[str] = "venting"
+    title: ClassVar[str] = "venting"
+    requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
+    mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
+                      choices=("lid", "remove"))
+    share: float = param(0.05, "-", "a bubble leaves once this share of it is free", above=0.0, high=1.0)
+    steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
+    T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0)
+    cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
+    lowest: float = param(0.3, "-", "what lies lower above a particle does not cover it, in spacings", low=0.0)
+
+    @property
+    def removes_particles(self):
+        return self.mode == "remove"
+
+    def check(self, scene, arrays):
+        if self.T_feed is not None and self.T_feed > scene.material.T_sat:
+            raise ValueError(f"venting.T_feed must be <= T_sat = {scene.material.T_sat} K, got {self.T_feed} K")
+
+    def properties(self, scene):
+        return (
+            Property("film", "-", "1 where liquid has nothing above it", "int"),
+            Property("covered", "-", "1 where vapour has something other than film above it", "int"),
+            Property("free", "-", "steps in a row that a vapour particle has been free", "int", True),
+        )
+
+    def constants(self, scene):
+        return {"energy_vented": 0.0, "mass_vented": 0.0, "n_vented": 0.0, "n_bubbles_vented": 0.0}
+
+    def flows(self, scene):
+        return (Flow("energy_lid" if self.mode == "lid" else "energy_vented", -1, constant="energy_vented"),)
+
+    def columns(self, scene):
+        def constant(name):
+            return lambda arrays, scene: sum(float(pa.constants[name].get_npy_array()[0]) for pa in arrays)
+
+        return (
+            Column("n_vented", "-", "particles vented since the start", constant("n_vented")),
+            Column("n_bubbles_vented", "-", "bubbles vented since the start", constant("n_bubbles_vented")),
+        )
+
+    def terms(self, scene, fluid):
+        ux, uy, uz = scene.up
+        cone = dict(ux=ux, uy=uy, uz=uz, cosine=self.cosine, lowest=self.lowest * scene.spacing)
+        yield Term("bubbles.film", venting.VentingFilm(fluid, list(scene.fluids), **cone))
+        yield Term("bubbles.free", venting.VentingFree(fluid, list(scene.fluids), **cone))
+        gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
+        yield Term("forces.release", venting.VentingRelease(fluid, None, **gravity))
+
+    def tools(self, scheme):
+        yield VentingTool(self, scheme)
+
+
+class VentingTool(Tool):
+    """Vents whole bubbles after the step, and books their mass and enthalpy.
+
+    A bubble leaves once ``share`` of its particles have been free for ``steps`` steps. Mode ``"lid"`` returns its
+    particles, where they are and at rest, as liquid at ``T_feed``; the difference of enthalpy has left through the
+    lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts) is carried on as a constant.
+    """
+
+    def __init__(self, effect, scheme):
+        self.effect, self.scheme = effect, scheme
+        self.material = scheme.material
+        feed = self.material.T_sat if effect.T_feed is None else effect.T_feed
+        self.e_feed = float(enthalpy(feed, self.material))
+        self.departures = []  # (time [s], particles in the bubble)
+
+    def post_step(self, solver):
+        arrays = self.scheme.arrays
+        if not any(bool(np.any(pa.get("free", only_real_particles=True) >= self.effect.steps)) for pa in arrays):
+            return
+        label, free = gather(arrays, "bubble"), gather(arrays, "free")
+        bubble = (label != NO_BUBBLE) & (gather(arrays, "phase") == Phase.VAPOUR)
+        names, index, size = np.unique(label[bubble], return_inverse=True, return_counts=True)
+        released = np.bincount(index, weights=free[bubble] >= self.effect.steps, minlength=len(names))
+        leaving = (released > 0) & (released >= self.effect.share * size)
+        if not leaving.any():
+            return
+        gone = np.zeros(len(label), bool)
+        gone[bubble] = leaving[index]
+        sizes = size[leaving]
+        self.departures += [(solver.t + solver.dt, int(n)) for n in sizes]
+        first = 0
+        for number, pa in enumerate(arrays):
+            n = pa.get_number_of_particles(True)
+            self._vent(pa, np.flatnonzero(gone[first:first + n]))
+            if number == 0:
+                pa.n_bubbles_vented[0] += len(sizes)
+            first += n
+
+    def _vent(self, pa, who):
+        if len(who) == 0:
+            return
+        m, e = pa.m[who], pa.e[who]
+        pa.n_vented[0] += len(who)
+        if self.effect.mode == "lid":
+            pa.energy_vented[0] += float(np.sum(m * (e - self.e_feed)))
+            pa.e[who] = self.e_feed
+            pa.phase[who] = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID
+            pa.T[who] = temperature(pa.e[who], pa.phase[who], self.material)
+            for name in ("u", "v", "w", "free", "bubble_n"):
+                if name in pa.properties:
+                    pa.get(name)[who] = 0
+            pa.bubble[who] = NO_BUBBLE
+            if "e_lat" in pa.properties:
+                pa.e_lat[who] = 0.0
+            return
+        pa.energy_vented[0] += float(np.sum(m * e))
+        pa.mass_vented[0] += float(np.sum(m))
+        for constant, values in pa.constants.items():
+            if constant.startswith("carried_"):
+                values.get_npy_array()[0] += float(np.sum(pa.get(constant.removeprefix("carried_"))[who], dtype=float))
+        pa.remove_particles(who)
+
