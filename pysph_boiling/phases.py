@@ -28,9 +28,10 @@ class Phase(IntEnum):
 class Edge:
     """One transition of the state machine.
 
-    ``enthalpy`` names the range that ``e`` must lie in ("negative", "stored" for 0 <= e < L, "full" for e >= L, or
-    "not negative"); ``kinetic`` is the kinetic condition (a nucleation site near), ``None`` where it does not matter.
-    ``by`` names the mechanism when it is not the ordinary edge test of a particle on its own.
+    ``enthalpy`` names the range that ``e`` must lie in ("negative", "stored" for 0 <= e < L, "full" for e >= L, "not
+    negative", or "lacking" for e < L in vapour); ``kinetic`` is the kinetic condition (a nucleation site near),
+    ``None`` where it does not matter. ``by`` names the mechanism when it is not the ordinary edge test of a particle on
+    its own.
     """
 
     source: Phase
@@ -50,11 +51,11 @@ EDGES = (
     Edge(Phase.SUPERHEATED, Phase.LIQUID, "negative", None, "cooling below saturation"),
     Edge(Phase.TRANSITION, Phase.VAPOUR, "full", None, "latent heat complete"),
     Edge(Phase.SUPERHEATED, Phase.VAPOUR, "not negative", None, "dynamic nucleation", "nucleation"),
-    Edge(Phase.VAPOUR, Phase.LIQUID, "full", None, "condensation", "condensation"),
+    Edge(Phase.VAPOUR, Phase.LIQUID, "lacking", None, "condensation", "condensation"),
 )
 
 
-def temperature(e, phase, material, e_lat=0.0):
+def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     """Temperature [K] of particles, the NumPy twin of the kernel helper ``boiling_temperature``.
 
     Parameters
@@ -63,11 +64,12 @@ def temperature(e, phase, material, e_lat=0.0):
     phase : array (n,)  :class:`Phase` of each particle.
     material : Material
     e_lat : array (n,) or float  Latent heat frozen at an interruption [J/kg] (``interrupt="hold"``).
+    subcooling : float  Share of what vapour lacks (e < L) that its temperature shows [-]: 1, or 0 if it is latent heat.
     """
     e, phase = np.asarray(e, dtype=float), np.asarray(phase)
     excess = np.where(e < 0.0, e, np.maximum(e - e_lat, 0.0))
     liquid = material.T_sat + excess / material.c_l
-    vapour = material.T_sat + (e - material.L) / material.c_v
+    vapour = material.T_sat + np.where(e < material.L, subcooling, 1.0) * (e - material.L) / material.c_v
     return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, material.T_sat, liquid))
 
 

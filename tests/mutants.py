@@ -43,11 +43,18 @@ def mutants(module, *tests):
 groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
 buoyancy = mutants("buoyancy", "compiled/test_bubble_forces.py")
 container = mutants("container", "compiled/test_density_constraint.py")
+condensation = mutants("condensation", "compiled/test_condensation.py")
+convection = mutants("convection", "compiled/test_convection.py")
 density = mutants("density_constraint", "compiled/test_density_constraint.py")
+burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
+expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
 helpers = mutants("helpers", "unit/test_phases.py", "compiled/test_density_constraint.py")
 nucleation = mutants("nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
-phase = mutants("phase_change", "compiled/test_phase_change.py")
+oscillation = mutants("oscillation", "compiled/test_oscillation.py")
+phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_modes.py")
+pooling = mutants("pooling", "compiled/test_pooling.py")
+storage = mutants("site_storage", "compiled/test_modes.py")
 tension = mutants("surface_tension", "compiled/test_bubble_forces.py")
 venting = mutants("venting", "compiled/test_bubble_forces.py")
 viscosity = mutants("viscosity", "compiled/test_density_constraint.py")
@@ -63,14 +70,29 @@ MUTANTS = (  # --quick takes the first of each module
     buoyancy("ihmsen: -1 dropped", "(self.k_max - 1.0) * exp", "self.k_max * exp"),
     buoyancy("drag: sign", "d_av[d_idx] -= f * VIJ[1]", "d_av[d_idx] += f * VIJ[1]"),
     buoyancy("drag x 2", "f = self.rate * s_m[s_idx]", "f = 2.0*self.rate * s_m[s_idx]"),
+    condensation("new liquid keeps L", "d_e[d_idx] = -d_deficit[d_idx]", "d_e[d_idx] = self.L - d_deficit[d_idx]"),
+    condensation("sign of the share", "self.L - d_deficit[d_idx]", "self.L + d_deficit[d_idx]"),
+    condensation("not counted", "d_condensed[d_idx] += 1", "d_condensed[d_idx] += 0"),
     container("box: no lid", "y = min(max(d_y[d_idx], self.y0), self.y1)", "y = max(d_y[d_idx], self.y0)"),
     container("cylinder: axis dropped", "x = self.cx + rx * self.radius / r", "x = rx * self.radius / r"),
+    convection("boussinesq: sign", "self.by = -float(beta)", "self.by = float(beta)"),
+    convection("gradient: sign", "d_av[d_idx] -= f * d_gTy[d_idx]", "d_av[d_idx] += f * d_gTy[d_idx]"),
+    convection("gradient: cap x 2", "f = self.largest / size", "f = 2.0*self.largest / size"),
     density("correction: sign of the neighbour's multiplier", "d_lmbda[d_idx] + d_m[d_idx]*s_lmbda",
             "d_lmbda[d_idx] - d_m[d_idx]*s_lmbda"),
+    density("swollen: the neighbour's swell dropped", "m = s_m[s_idx] * s_swell[s_idx]", "m = s_m[s_idx]"),
+    density("swollen correction: its own swell dropped", "d_m[d_idx]*d_swell[d_idx]*s_lmbda", "d_m[d_idx]*s_lmbda"),
     density("multiplier: the others' gradients dropped", "(own + d_gc2[d_idx] + self.eps)", "(own + self.eps)"),
     density("gradients of the others x 2", "d_gc2[d_idx] += g * g / m", "d_gc2[d_idx] += 2.0 * g * g / m"),
     density("wall correction: sign", "f = s_m[s_idx] * d_lmbda[d_idx] /", "f = -s_m[s_idx] * d_lmbda[d_idx] /"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
+    burst("regions overlap", "if s_claim[s_idx] != d_fire_key[d_idx]:", "if s_claim[s_idx] < 0.0:"),
+    burst("heat of a region x 2", "heat += nucleation_units(share", "heat += 2.0*nucleation_units(share"),
+    burst("the others get what was spent", "(heat - self.L*chosen) / others", "heat / others"),
+    burst("none left: heat lost", "d_e_chosen[d_idx] = heat / chosen", "d_e_chosen[d_idx] = self.L"),
+    burst("held heat kept", "d_e_lat[d_idx] = 0.0", "d_e_lat[d_idx] += 0.0"),
+    expansion("ramp x 2", "most = self.rate * dt", "most = 2.0*self.rate * dt"),
+    expansion("liquid swells too", "if d_phase[d_idx] == 3:", "if d_phase[d_idx] >= 0:"),
     heat("conduction x 1/2", "k = 4.0 * d_k", "k = 2.0 * d_k"),
     heat("conduction: sign", "* k * (d_T[d_idx] - s_T[s_idx]) * f", "* k * (s_T[s_idx] - d_T[d_idx]) * f"),
     heat("paper: leak of the neighbour, sign", "there = -pair", "there = pair"),
@@ -89,11 +111,22 @@ MUTANTS = (  # --quick takes the first of each module
     nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
     nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
     nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),
+    oscillation("mean direction left in", "(rx/r - d_bdx[d_idx])", "(rx/r)"),
+    oscillation("sign", "f = d_push[d_idx] / d_m[d_idx]", "f = -d_push[d_idx] / d_m[d_idx]"),
+    oscillation("same for every mass", "f = d_push[d_idx] / d_m[d_idx]", "f = d_push[d_idx]"),
+    oscillation("displacement not told", "d_sz[d_idx] += pz", "d_sz[d_idx] += 0.0*pz"),
     phase("vapour is a site for the cold, not the hot", "if d_e[d_idx] >= 0.0:", "if d_e[d_idx] < 0.0:"),
     phase("convert: temperature x 2", "boiling_temperature(d_e[d_idx], 0.0, d_phase",
           "boiling_temperature(2.0*d_e[d_idx], 0.0, d_phase"),
     phase("convert: vaporisation not counted", "new = 3\n                        d_vaporised[d_idx] += 1", "new = 3"),
+    phase("gu superheats", "if self.near > 0.5:", "if self.near > 1.5:"),
     phase("hold: frozen heat x 1/2", "d_e_lat[d_idx] = d_e[d_idx]", "d_e_lat[d_idx] = 0.5*d_e[d_idx]"),
+    pooling("kinetic radius", "float(radius) * float(radius)", "1.21 * float(radius) * float(radius)"),
+    pooling("tie", "if s_bubble[s_idx] < label:", "if r2 < self.radius2:"),
+    pooling("excess makes no vapour hotter", "self.T_sat + (d_e[d_idx] - self.L) / self.c_v", "self.T_sat"),
+    storage("occupied site absorbs", "if s_occupied[s_idx] == 0:", "if s_occupied[s_idx] >= 0:"),
+    storage("pays twice what it loses", "d_paid[d_idx] = d_m[d_idx] * share", "d_paid[d_idx] = 2.0*d_m[d_idx] * share"),
+    storage("emits without paying", "d_Q_s[d_idx] -= d_cost[d_idx]", "d_Q_s[d_idx] -= 0.0"),
     tension("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
     tension("cohesion x 1/2", "f = self.strength * f * 2.0*s_m", "f = self.strength * f * s_m"),
     tension("adhesion: softening dropped", " * min(1.0, r/self.spacing)", ""),

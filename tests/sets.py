@@ -1,4 +1,4 @@
-"""The sets of effects that compiled tests may use: at most twelve, since each costs up to five modules to compile.
+"""The sets of effects that compiled tests may use: at most sixteen, since each costs up to five modules to compile.
 
 A test takes a set and changes sizes, dimension and parameters, which are run-time values and compile nothing. A test
 that needs another set adds it here, or does without.
@@ -11,13 +11,17 @@ from pysph_boiling.schemes.effects import (
     BubbleLabels,
     Buoyancy,
     Cohesion,
+    Condensation,
+    Convection,
     CylinderContainer,
     Drag,
+    Expansion,
     HeatConduction,
     Heater,
     HeatSource,
     PhaseChange,
     PresetNucleation,
+    Refill,
     SiteAdhesion,
     Venting,
     XSPHViscosity,
@@ -25,9 +29,12 @@ from pysph_boiling.schemes.effects import (
 
 BOIL = dict(
     container=BoxContainer(), viscosity=XSPHViscosity(), heat=HeatConduction(), heater=Heater(temperature=433.15),
-    phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
-    tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
+    phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
+    buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
 )  # what examples/steady_boiling.py uses, so that both share their compiled modules
+
+WARM = dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0), heat=HeatConduction(),
+            heater=Heater(temperature=353.15), convection=Convection())
 
 SETS = {
     "motion": dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0)),  # and examples/dam_break.py
@@ -36,6 +43,7 @@ SETS = {
     "exchange": dict(density=None, heat=HeatConduction(laplacian="paper"), heater=Heater(flux=1e4),
                      loss=AmbientLoss(), source=HeatSource(density=1e6)),
     "boil": BOIL,
+    "open": {**BOIL, "venting": Venting(mode="remove"), "refill": Refill()},
     "states": dict(density=None, heat=HeatConduction(), phases=PhaseChange(interrupt="convert"),
                    nucleation=PresetNucleation(attraction=0.0)),
     "states_hold": dict(density=None, heat=HeatConduction(), phases=PhaseChange(), nucleation=PresetNucleation(
@@ -43,9 +51,12 @@ SETS = {
     "paper": {**BOIL, "phases": PhaseChange(interrupt="convert", vapour_as_site=False), "buoyancy": Buoyancy(
         form="paper"), "heat": HeatConduction(laplacian="paper"), "heater": Heater(flux=4e4),
         "venting": Venting(mode="remove")},
+    "boussinesq": WARM,
+    "gradient": {**WARM, "convection": Convection(form="gradient")},
+    "expand": {**BOIL, "expansion": Expansion()},
     "ihmsen": {**BOIL, "buoyancy": Buoyancy(form="ihmsen"), "loss": AmbientLoss()},
 }
-assert len(SETS) <= 12
+assert len(SETS) <= 16
 
 
 def scheme(name, *, dim, spacing, changes=None, **kwargs):

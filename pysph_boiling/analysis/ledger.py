@@ -123,17 +123,23 @@ class Ledger(Tool):
         scale = max(moved, self.scene.particle_mass * self.scene.material.L)
         return inward, outward, leak, (change - inward + outward - leak) / scale
 
-    def mass_out(self, arrays):
+    @staticmethod
+    def mass_out(arrays):
         return sum(float(pa.mass_vented[0]) for pa in arrays if "mass_vented" in pa.constants)
+
+    @staticmethod
+    def mass_in(arrays):
+        return sum(float(pa.mass_refilled[0]) for pa in arrays if "mass_refilled" in pa.constants)
 
     def _own_columns(self):
         def mass_residual(arrays, scene):
             start = self.start(arrays, "ledger_mass")
-            return (self.mass(arrays) + self.mass_out(arrays) - start) / start
+            return (self.mass(arrays) + self.mass_out(arrays) - self.mass_in(arrays) - start) / start
 
         columns = [
             Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),
             Column("mass_out", "kg", "mass vented since the start", lambda arrays, scene: self.mass_out(arrays)),
+            Column("mass_in", "kg", "mass that flowed in since the start", lambda arrays, scene: self.mass_in(arrays)),
             Column("mass_residual", "-", "mass not accounted for, relative to the start", mass_residual),
         ]
         if self.thermal:

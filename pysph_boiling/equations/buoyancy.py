@@ -12,8 +12,8 @@ class BubbleBuoyancy(Equation):
 
     .. math::  a = k_b \frac{\rho_l}{m_p} |g| \quad\text{against gravity}
 
-    Source: the paper, eqs. 18-19: F = k_b num_p rho_l g over the mass num_p m_p. With k_b = m_p/rho_l a bubble is
-    neutral.
+    Source: the paper, eqs. 18-19: F = k_b num_p rho_l g over the mass num_p m_p. It comes on top of what the density
+    constraint does: with k_b = 0 a bubble of equal density is neutral, as any liquid in its place (measured).
 
     Parameters
     ----------

@@ -14,7 +14,8 @@ from pysph.sph.equation import Equation
 from pysph_boiling.equations.helpers import boiling_uniform
 
 __all__ = [
-    "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFLambda", "PBFMove", "PBFPositionCorrection",
+    "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFMove",
+    "PBFPositionCorrection", "PBFPositionCorrectionSwollen",
 ]
 
 
@@ -54,6 +55,45 @@ class PBFDensity(Equation):
         d_gcy[d_idx] += g * DWIJ[1]
         d_gcz[d_idx] += g * DWIJ[2]
         d_gc2[d_idx] += g * g / m * (DWIJ[0]*DWIJ[0] + DWIJ[1]*DWIJ[1] + DWIJ[2]*DWIJ[2])
+
+
+class PBFDensitySwollen(Equation):
+    r"""As :class:`PBFDensity`, each particle filling ``swell`` times the volume of as much liquid.
+
+    .. math::  \rho_i = \sum_j s_j m_j W_{ij}, \qquad \nabla_i C_i = \sum_j \frac{s_j m_j}{\rho_0} \nabla W_{ij}
+
+    Source: ours: a number density weighted by volume. Inertia stays that of m: gradients are weighted by 1/m.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    s_m [kg], s_swell [-].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index
+    only.   Errors   ValueError if rho_rest <= 0.   Limits   The support is that of liquid: beyond a swell of about 4
+    (3-D) a particle has too few neighbours for a density.
+    """
+
+    def __init__(self, dest, sources, rho_rest):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2):
+        d_rho[d_idx] = 0.0
+        d_gcx[d_idx] = 0.0
+        d_gcy[d_idx] = 0.0
+        d_gcz[d_idx] = 0.0
+        d_gc2[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2, s_m, s_swell, WIJ, DWIJ):
+        m = s_m[s_idx] * s_swell[s_idx]
+        g = m / self.rho_rest
+        d_rho[d_idx] += m * WIJ
+        d_gcx[d_idx] += g * DWIJ[0]
+        d_gcy[d_idx] += g * DWIJ[1]
+        d_gcz[d_idx] += g * DWIJ[2]
+        d_gc2[d_idx] += g * g / s_m[s_idx] * (DWIJ[0]*DWIJ[0] + DWIJ[1]*DWIJ[1] + DWIJ[2]*DWIJ[2])
 
 
 class PBFBoundaryDensity(Equation):
@@ -184,6 +224,62 @@ class PBFPositionCorrection(Equation):
         low = declare('unsigned int')
         high = declare('unsigned int')
         f = (s_m[s_idx]*d_lmbda[d_idx] + d_m[d_idx]*s_lmbda[s_idx]) / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * DWIJ[0]
+        d_dpy[d_idx] += f * DWIJ[1]
+        d_dpz[d_idx] += f * DWIJ[2]
+        if RIJ < 1e-6*HIJ:
+            if d_uid[d_idx] != s_uid[s_idx]:
+                low = d_uid[d_idx]
+                high = s_uid[s_idx]
+                f = self.nudge
+                if low > high:
+                    low = s_uid[s_idx]
+                    high = d_uid[d_idx]
+                    f = -self.nudge
+                f = f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
+                d_dpx[d_idx] += f * boiling_uniform(low, high)
+                d_dpy[d_idx] += f * boiling_uniform(high, low)
+                d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
+
+
+class PBFPositionCorrectionSwollen(Equation):
+    r"""As :class:`PBFPositionCorrection`, for particles that fill ``swell`` times the volume of as much liquid.
+
+    .. math::  \Delta x_i = \frac{w_i}{\rho_0} \sum_j (s_j m_j \lambda_i + s_i m_i \lambda_j) \nabla W_{ij}
+
+    Source: Macklin & Müller 2013, eq. 12, with the gradients of :class:`PBFDensitySwollen`.
+
+    Parameters
+    ----------
+    rho_rest, nudge, dim : float, float, int   As :class:`PBFPositionCorrection`.
+
+    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_swell, s_swell [-], d_uid, s_uid.
+    Writes   d_dpx, d_dpy, d_dpz [m], own index only.
+    Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
+    """
+
+    def __init__(self, dest, sources, rho_rest, nudge, dim):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        self.nudge = float(nudge)
+        self.depth = float(dim == 3)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_uniform]
+
+    def initialize(self, d_idx, d_dpx, d_dpy, d_dpz):
+        d_dpx[d_idx] = 0.0
+        d_dpy[d_idx] = 0.0
+        d_dpz[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m, d_swell, s_swell, d_uid, s_uid,
+             RIJ, HIJ, DWIJ):
+        low = declare('unsigned int')
+        high = declare('unsigned int')
+        f = s_m[s_idx]*s_swell[s_idx]*d_lmbda[d_idx] + d_m[d_idx]*d_swell[d_idx]*s_lmbda[s_idx]
+        f = f / (d_m[d_idx]*self.rho_rest)
         d_dpx[d_idx] += f * DWIJ[0]
         d_dpy[d_idx] += f * DWIJ[1]
         d_dpz[d_idx] += f * DWIJ[2]

@@ -7,11 +7,14 @@ from compyle.api import declare
 __all__ = ["boiling_temperature", "boiling_uniform"]
 
 
-def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0):
+def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0, subcooling=1.0):
     """Temperature [K] from specific enthalpy [J/kg]; the compiled twin of :func:`pysph_boiling.phases.temperature`."""
     T = T_sat
     if phase == 3:
-        T = T_sat + (e - L) / c_v
+        if e < L:
+            T = T_sat + subcooling * (e - L) / c_v
+        else:
+            T = T_sat + (e - L) / c_v
     if phase == 0:
         if e < 0.0:
             T = T_sat + e / c_l

@@ -26,24 +26,27 @@ class PhaseTemperature(Equation):
     L : float          Latent heat [J/kg].
     c_l, c_v : float   Specific heat capacity of liquid and vapour [J/(kg K)].
     k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
+    subcooling : float  Share of what vapour lacks (e < L) that its temperature shows [-]: 1, or 0 if it is latent heat.
 
     Reads    d_e [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
     """
 
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v):
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v, subcooling=1.0):
         self.T_sat = float(T_sat)
         self.L = float(L)
         self.c_l = float(c_l)
         self.c_v = float(c_v)
         self.k_l = float(k_l)
         self.k_v = float(k_v)
+        self.subcooling = float(subcooling)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
         return [boiling_temperature]
 
     def initialize(self, d_idx, d_e, d_phase, d_T, d_k, d_ae):
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v)
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v,
+                                         self.subcooling)
         d_k[d_idx] = self.k_l
         if d_phase[d_idx] == 3:
             d_k[d_idx] = self.k_v
@@ -59,18 +62,19 @@ class PhaseTemperatureHold(Equation):
 
     Parameters
     ----------
-    T_sat, L, c_l, c_v, k_l, k_v : float   As :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, k_l, k_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
     """
 
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v):
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v, subcooling=1.0):
         self.T_sat = float(T_sat)
         self.L = float(L)
         self.c_l = float(c_l)
         self.c_v = float(c_v)
         self.k_l = float(k_l)
         self.k_v = float(k_v)
+        self.subcooling = float(subcooling)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
@@ -78,7 +82,7 @@ class PhaseTemperatureHold(Equation):
 
     def initialize(self, d_idx, d_e, d_e_lat, d_phase, d_T, d_k, d_ae):
         d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
-                                         self.c_v)
+                                         self.c_v, self.subcooling)
         d_k[d_idx] = self.k_l
         if d_phase[d_idx] == 3:
             d_k[d_idx] = self.k_v
@@ -86,13 +90,25 @@ class PhaseTemperatureHold(Equation):
 
 
 class PhaseKineticReset(Equation):
-    """No site is near until a loop finds one.
+    """No site is near until a loop finds one; or, after Gu et al., the kinetic condition holds everywhere.
 
-    Source: the paper, section 3.3.2 (kinetic condition).   Reads nothing.   Writes   d_kinetic, own index only.
+    Source: the paper, section 3.3.2 (kinetic condition) and Table 1.
+
+    Parameters
+    ----------
+    near : bool   Whether the condition holds everywhere.
+
+    Reads nothing.   Writes   d_kinetic, own index only.
     """
+
+    def __init__(self, dest, sources, near=False):
+        self.near = float(near)
+        super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_kinetic):
         d_kinetic[d_idx] = 0
+        if self.near > 0.5:
+            d_kinetic[d_idx] = 1
 
 
 class PhaseVapourCondition(Equation):
@@ -137,18 +153,19 @@ class PhaseEdges(Equation):
 
     Parameters
     ----------
-    T_sat, L, c_l, c_v : float   As :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_T [K], d_vaporised, d_interrupted, own index only.
     Needs    the kinetic condition in the same group.
     Limits   Temperature may jump by up to L/c_l at an interruption.
     """
 
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v):
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
         self.T_sat = float(T_sat)
         self.L = float(L)
         self.c_l = float(c_l)
         self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
@@ -176,7 +193,7 @@ class PhaseEdges(Equation):
                     if d_kinetic[d_idx] == 1:
                         new = 1
         d_phase[d_idx] = new
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v)
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v, self.subcooling)
 
 
 class PhaseEdgesHold(Equation):
@@ -189,18 +206,19 @@ class PhaseEdgesHold(Equation):
 
     Parameters
     ----------
-    T_sat, L, c_l, c_v : float   As :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
     only.   Needs   the kinetic condition in the same group.
     Limits   Held heat is invisible as temperature; the column ``energy_hidden`` reports it.
     """
 
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v):
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
         self.T_sat = float(T_sat)
         self.L = float(L)
         self.c_l = float(c_l)
         self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
@@ -232,4 +250,5 @@ class PhaseEdgesHold(Equation):
                         new = 1
                         d_e_lat[d_idx] = 0.0
         d_phase[d_idx] = new
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], new, self.T_sat, self.L, self.c_l, self.c_v)
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], new, self.T_sat, self.L, self.c_l, self.c_v,
+                                         self.subcooling)

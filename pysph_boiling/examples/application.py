@@ -21,6 +21,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.analysis.ledger import Ledger, write_json
 from pysph_boiling.schemes.effects import check_parameters, param
+from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 
 __all__ = ["SceneApplication", "SceneParameters"]
 
@@ -81,6 +82,10 @@ class SceneApplication(Application):
     def start(self, arrays, parameters, scheme):
         """Set the initial state on arrays that have all their properties."""
 
+    def start_temperature(self, parameters):
+        """Temperature [K] at the start, for ``--effects auto``; ``None`` in a scene without one."""
+        return None
+
     def facts(self):
         """Scale factors and dimensionless numbers for the header and ``run.json``: name -> (value, unit)."""
         return {}
@@ -138,6 +143,13 @@ class SceneApplication(Application):
             group.add_argument(f"--{spec.name.replace('_', '-')}", dest=f"scene.{spec.name}", type=kind, default=None,
                                choices=meta["choices"], metavar=None if meta["choices"] else spec.name.upper(),
                                help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
+        group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
+                           help="model of boiling: " + "; ".join(
+                               f"{name} ({row.source}), latent heat is stored {row.storage}" for name, row in
+                               MODES.items()) + ". Default dynamic: the scene as it is")
+        group.add_argument("--effects", choices=("scene", "auto"), default="scene",
+                           help="the scene's own set of effects, or the set that its arrays call for; switches such as "
+                                "--no-drag hold either way")
         group.add_argument("--results-every", dest="results_every", type=int, default=1,
                            help="steps between two rows of results.npz")
         group.add_argument("--no-pictures", dest="pictures", action="store_false", default=True,
@@ -176,7 +188,10 @@ class SceneApplication(Application):
         if self.num_procs > 1:
             raise ValueError("this version runs on one MPI rank only")
         self.scheme = self.make_scheme(p)
+        self.scheme.effects = effects_in_mode(options.mode, self.scheme.effects)
         self.scheme.consume_user_options(options)
+        if options.effects == "auto":
+            self.derive_effects(p)
         if options.kernel is not None:  # rest densities and walls must be those of the kernel that runs
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         elsewhere = [slot for slot, effect in self.scheme.effects.items() if not effect.on_device]
@@ -184,6 +199,14 @@ class SceneApplication(Application):
             raise ValueError(f"on a device this version runs motion only; the scene asks for {', '.join(elsewhere)}: "
                              "leave out --opencl and --cuda")
         self.scheme.configure_solver(tf=p.duration, **step)
+
+    def derive_effects(self, p):
+        """Replace the scene's set of effects by what its arrays call for; parameters and switches are kept."""
+        effects, switches = self.scheme.effects, vars(self.options)
+        without = MODES[self.options.mode].without
+        asked = {slot: effects.get(slot) for slot in self.scheme.slots
+                 if switches[f"{slot}.on"] is not None or slot in without}
+        self.scheme.derive(self.make_particles(p, self.scheme), self.start_temperature(p), effects, asked)
 
     def create_particles(self):
         particles, self.prepared = self.prepared, None
@@ -194,6 +217,7 @@ class SceneApplication(Application):
         self.consume_user_options()
         self.configure_scheme()
         particles = self.make_particles(self.parameters, self.scheme)
+        widen_sites(self.scheme, particles)
         self.scheme.setup_properties(particles)
         self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)
         self.scheme.check(particles)
@@ -320,6 +344,7 @@ class SceneApplication(Application):
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
             "seed": self.parameters.seed,
+            "mode": options.mode,
             "dim": scheme.dim,
             "spacing": scheme.spacing,
             "dt": self.solver.dt,

@@ -57,8 +57,11 @@ class HeatedSlab(SceneApplication):
         wall = wall_array(points, kernel=scheme.kernel, heated=np.ones(len(points)), **common)
         return [fluid, wall]
 
+    def start_temperature(self, p):
+        return p.T_0
+
     def start(self, arrays, p, scheme):
-        scheme.set_temperature(arrays["fluid"], p.T_0)
+        scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
 
     def profile(self):
         """Depth [m], temperature and exact temperature [K] of the particles, sorted by depth."""

@@ -1,7 +1,8 @@
 """Steady boiling: a vessel of water on a hot base; vapour grows at preset sites, departs, rises and bursts.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
-            (3.2.1), bubbles (4.1), buoyancy (eqs. 18-19), detachment (4.2.1); a lid returns vented vapour as liquid.
+            (3.2.1), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs. 18-19), detachment (4.2.1); a lid returns
+            vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
 Run time    about 11 minutes on two cores (3-D, 20,384 particles); ``--demo`` 2 to 3 minutes, and once 70 s to compile.
 Command     pysph-boiling run steady_boiling
@@ -19,6 +20,7 @@ from pysph_boiling.schemes.effects import (
     BubbleLabels,
     Buoyancy,
     Cohesion,
+    Condensation,
     DensityConstraint,
     Drag,
     HeatConduction,
@@ -80,6 +82,7 @@ class SteadyBoiling(SceneApplication):
             phases=PhaseChange(),
             nucleation=PresetNucleation(),
             bubbles=BubbleLabels(),
+            condensation=Condensation(),
             buoyancy=Buoyancy(),
             tension=Cohesion(),
             adhesion=SiteAdhesion(),
@@ -99,8 +102,11 @@ class SteadyBoiling(SceneApplication):
         points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed)
         return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing)]
 
+    def start_temperature(self, p):
+        return WATER_1ATM.T_sat - p.subcooling
+
     def start(self, arrays, p, scheme):
-        scheme.set_temperature(arrays["fluid"], scheme.material.T_sat - p.subcooling)
+        scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
 
     def facts(self):
         p, scheme = self.parameters, self.scheme

@@ -15,20 +15,34 @@ class BoilingScheme(PBFScheme):
 
     material : Material   Constants of the fluid; its liquid density is the rest density.
     sites : list of str   Names of the arrays of preset nucleation sites.
-    **effects             ``heat``, ``heater``, ``loss``, ``source``, ``phases``, ``nucleation``, ``bubbles``,
-                          ``buoyancy``, ``tension``, ``adhesion``, ``drag``, ``venting``; each an effect or ``None``.
+    effects : "auto"      Derive the set from the scene (:mod:`pysph_boiling.schemes.auto`): ``setup_properties`` looks
+                          at the arrays and at ``T_start`` [K], prints what it chose and why (also in ``choices``).
+                          Slots that are given, also as ``None``, are taken as they are.
+    **slots               One effect or ``None`` for each slot of :data:`pysph_boiling.schemes.effects.EFFECTS`.
 
-    Without effects it builds what ``PBFScheme`` builds. Errors and limits: as there; vapour and liquid have the same
-    mass and rest volume.
+    Without effects it builds what ``PBFScheme`` builds. Errors and limits: as there; a vapour particle has the mass of
+    a liquid one, and its rest volume unless there is the effect ``expansion``.
     """
 
     slots = tuple(EFFECTS)
 
-    def __init__(self, fluids, solids, *, dim, spacing, material=WATER_1ATM, sites=(), **effects):
+    def __init__(self, fluids, solids, *, dim, spacing, material=WATER_1ATM, sites=(), effects=None, T_start=None,
+                 **slots):
         if not isinstance(material, Material):
             raise ValueError(f"material must be a Material, got {material!r}")
-        self.material = material
-        super().__init__(fluids, solids, dim=dim, spacing=spacing, rho0=material.rho_l, sites=sites, **effects)
+        if effects not in (None, "auto"):
+            raise ValueError(f"effects must be 'auto' or left out (each effect has its own keyword), got {effects!r}")
+        self.material, self.T_start = material, T_start
+        self.asked = {slot: slots[slot] for slot in slots if slot in self.slots} if effects == "auto" else None
+        if effects == "auto":  # what is asked for may need what is not yet chosen
+            slots = {name: value for name, value in slots.items() if name not in self.slots or name == "density"}
+        super().__init__(fluids, solids, dim=dim, spacing=spacing, rho0=material.rho_l, sites=sites, **slots)
+
+    def setup_properties(self, particles, clean=True):
+        if self.asked is not None:
+            asked, self.asked = self.asked, None
+            self.derive(particles, self.T_start, asked=asked)
+        super().setup_properties(particles, clean)
 
     def set_temperature(self, pa, T):
         """Start a fluid array at temperature ``T`` [K], a number or (n,): liquid, superheated above saturation.

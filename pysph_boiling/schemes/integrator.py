@@ -69,7 +69,8 @@ class PBFFrozenStep(IntegratorStep):
 class PBFIntegrator(Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
-    The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage.
+    The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage, ``runs`` counts how
+    often each was evaluated.
     """
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
@@ -89,6 +90,7 @@ class PBFIntegrator(Integrator):
         self.heat_subcycles = 0
         self.searched = False
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
+        self.runs = dict.fromkeys(stages, 0)
 
     def set_nnps(self, nnps):
         super().set_nnps(nnps)
@@ -113,7 +115,9 @@ class PBFIntegrator(Integrator):
     def compute_accelerations(self, index=0, update_nnps=True):
         start = perf_counter()
         super().compute_accelerations(index, update_nnps)
-        self.wall_time[list(self.stages)[index]] += perf_counter() - start
+        name = list(self.stages)[index]
+        self.wall_time[name] += perf_counter() - start
+        self.runs[name] += 1
 
     def stages_at_prediction(self, dt):
         """Indices of the stages to run on the predicted positions, decided as the step goes on."""
@@ -134,13 +138,24 @@ class PBFIntegrator(Integrator):
             yield self.stages["bubbles"]
             if any("relabel" in pa.constants and pa.relabel[0] > 0.0 for pa in self.arrays):
                 yield self.stages["bubbles"]
+                for pa in self.arrays:
+                    set_constant(pa, "relabel", 0.0)
         if "density" in self.stages:
             for pa in self.arrays:
                 set_constant(pa, "sweeps", 0.0)
             yield self.stages["density"]
-            if self.called_for("oscillation"):
-                yield self.stages["oscillation"]
-                yield self.stages["density"]
+            if "oscillation" in self.stages:
+                yield from self.oscillation(dt)
+
+    def oscillation(self, dt):
+        """The oscillation as often as it is called for, then the density sweeps once more."""
+        for pa in self.arrays:
+            set_constant(pa, "oscillation_dt", dt)
+            set_constant(pa, "pushes", 0.0)
+        while self.called_for("oscillation"):
+            yield self.stages["oscillation"]
+        if self.arrays[0].pushes[0] > 0.0:
+            yield self.stages["density"]
 
     def called_for(self, name):
         """Whether the stage was built and the present state needs it."""

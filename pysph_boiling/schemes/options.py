@@ -25,11 +25,18 @@ def _boolean(text):
     return text.lower() in ("true", "yes", "1")
 
 
+def _numbers(text):
+    return tuple(float(part) for part in text.split(","))
+
+
+_boolean.__name__, _numbers.__name__ = "yes or no", "numbers separated by commas"  # argparse: invalid ... value
+
+
 def _parser_type(default):
     if isinstance(default, bool):
         return _boolean
     if isinstance(default, tuple):
-        return lambda text: tuple(float(part) for part in text.split(","))
+        return _numbers
     if isinstance(default, str):
         return str
     return int if isinstance(default, int) else float

@@ -9,6 +9,7 @@ from pysph.sph.scheme import Scheme
 
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties
 from pysph_boiling.schemes import options as option_module
+from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -67,6 +68,7 @@ class PBFScheme(Scheme):
         self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
         self.dt = None
         self.integrator = None
+        self.choices = []
         super().__init__(list(fluids), list(solids), dim)
 
     # --- effects ------------------------------------------------------------------------------------------------------
@@ -84,6 +86,12 @@ class PBFScheme(Scheme):
             else:
                 self.effects[slot] = effect
         self.effects = {slot: self.effects[slot] for slot in self.slots if slot in self.effects}
+
+    def derive(self, particles, T=None, candidates=None, asked=None):
+        """Choose the effects that a scene of these arrays calls for (:func:`pysph_boiling.schemes.auto.choose`)."""
+        self.choices = choose(self, particles, T, candidates, asked)
+        self.set_effects(**{choice.slot: choice.effect for choice in self.choices})
+        print(report(self.choices))
 
     def scene(self):
         """The :class:`Scene` that effects see. Raises ``ValueError`` if an effect lacks one that it requires."""

@@ -57,20 +57,21 @@ STAGES = (
     Stage("phases", "some liquid at or above saturation", (
         Block((GroupSpec("edges", "kinetic condition and state machine", ("phase", "T")),)),
         Block((
-            GroupSpec("occupied", "sites that hold a bubble"),
-            GroupSpec("absorb", "superheated liquid pays into the nearest site"),
+            GroupSpec("occupied", "sites that hold a bubble, the nearest site of each particle", ("site", "site_r2")),
+            GroupSpec("choose", "the nearest liquid of each site, and what its vapour would cost"),
+            GroupSpec("absorb", "superheated liquid pays into the nearest site", ("e", "T", "paid")),
             GroupSpec("emit", "a site that can pay turns the nearest liquid into vapour"),
             GroupSpec("become", "the chosen liquid becomes vapour", ("phase", "T", "e")),
         )),
     )),
     Stage("burst", "enough superheat for one region to fire", (
         Block((
-            GroupSpec("region", "heat of the region round each superheated particle", ("region_heat", "candidate")),
-            GroupSpec("near", "the strongest candidate in reach", ("near_heat", "near_key", "near_uid")),
-            GroupSpec("fire", "candidates that are the strongest within two radii", ("fires",)),
-            GroupSpec("choose", "the cut that chooses members of a region", ("cut_key", "cut_uid", "rest")),
-            GroupSpec("share", "new enthalpy and phase of the members"),
-            GroupSpec("commit", "members change", ("e", "phase", "T")),
+            GroupSpec("region", "heat of the region round each superheated particle",
+                      ("region_heat", "fire_key", "pick_key")),
+            GroupSpec("claim", "the strongest region that claims a particle", ("claim",)),
+            GroupSpec("fire", "regions that are the strongest for all members fire, and choose some of them",
+                      ("cut", "e_chosen", "e_others")),
+            GroupSpec("share", "the chosen become vapour, the others share the rest", ("e", "phase", "T")),
         )),
     )),
     Stage("bubbles", "some vapour; again if bubbles lost or gained particles by it", (
@@ -97,10 +98,7 @@ STAGES = (
         ), iterate="sweeps"),
     )),
     Stage("oscillation", "some bubble outside its radii", (
-        Block((
-            GroupSpec("measure", "radius of each bubble, and what it lacks"),
-            GroupSpec("push", "radial correction", ("x", "y", "z")),
-        )),
+        Block((GroupSpec("push", "what its radius lacks, measured on the host, as a displacement", ("x", "y", "z")),)),
     )),
     Stage("forces", "always", (
         Block((

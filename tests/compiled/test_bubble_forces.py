@@ -235,7 +235,7 @@ def test_coincident_vapour_stays_finite():
 
 
 @pytest.mark.parametrize("g", [(0.0, -9.81, 0.0), (9.81, 0.0, 0.0), (3.0, 4.0, -12.0)])
-def test_buoyancy_is_opposite_to_any_gravity_and_neutral_at_one(g):
+def test_buoyancy_is_opposite_to_any_gravity_and_cancels_it_at_one(g):
     """A row of three vapour particles and one liquid."""
     points = np.zeros((4, 3))
     points[:, 0] = DX * np.arange(4)
@@ -246,14 +246,14 @@ def test_buoyancy_is_opposite_to_any_gravity_and_neutral_at_one(g):
         made.fluid.bubble_n[:] = [3, 3, 3, 0]
         return made
 
-    strong, neutral = forces(0.7), forces(1.0)
+    strong, weightless = forces(0.7), forces(1.0)
     for form, factors in (("archimedes", [0.7] * 3), ("paper", [2.1] * 3), ("ihmsen", None)):
         a = strong.run(form)
         assert not a[3].any()
         if factors is None:  # more vapour neighbours: more force; all within 2.4 spacings are seen
             factors = 0.7 * (1.7 - 0.7 * np.exp(-0.1 * np.array([2, 2, 2])))
         np.testing.assert_allclose(a[:3], -np.outer(factors, g), rtol=1e-14)
-    total = neutral.run("gravity", "archimedes")
+    total = weightless.run("gravity", "archimedes")
     np.testing.assert_array_equal(total[:3], 0.0)
     np.testing.assert_array_equal(total[3], g)
 

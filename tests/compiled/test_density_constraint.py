@@ -3,6 +3,8 @@
 All kernels sit in one compiled module; a group runs when its name is asked for. Random clouds of unequal masses beside
 random wall particles: half of them are compressed, some hardly have a neighbour.
 """
+from copy import copy
+
 import numpy as np
 import pytest
 from harness import Evaluator, random_cloud
@@ -10,7 +12,7 @@ from pysph.sph.equation import Group
 from sets import scheme
 
 from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
-from pysph_boiling.equations.density_constraint import PBFMove
+from pysph_boiling.equations.density_constraint import PBFDensitySwollen, PBFMove, PBFPositionCorrectionSwollen
 from pysph_boiling.particles import fluid_array, fluid_block, wall_array
 from pysph_boiling.schemes.effects import BoxContainer
 
@@ -57,11 +59,18 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
     motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
     motion.setup_properties([fluid, wall])
+    fluid.add_property("swell")
     by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
     container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
     kernels = Kernels([fluid, wall], {
         "density": [by_name["PBFDensity"], by_name["PBFBoundaryDensity"], by_name["PBFLambda"]],
+        "swollen_density": [PBFDensitySwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest),
+                            copy(by_name["PBFBoundaryDensity"]), copy(by_name["PBFLambda"])],
         "correction": [by_name["PBFPositionCorrection"], by_name["PBFBoundaryCorrection"]],
+        "swollen_correction": [
+            PBFPositionCorrectionSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
+                                         nudge=by_name["PBFPositionCorrection"].nudge, dim=dim),
+            copy(by_name["PBFBoundaryCorrection"])],
         "move": [PBFMove("fluid", None, omega=0.7, longest=0.25 * spacing)],
         "box": [PBFBoxContainer("fluid", None, **container)],
         "cylinder": [PBFCylinderContainer("fluid", None, dim=dim, **CYLINDER)],
@@ -99,6 +108,7 @@ def kernels(compiled):
     for pa, start in ((compiled.fluid, fluid), (compiled.wall, wall)):
         for name in ("x", "y", "z", "m"):
             pa.get(name)[:] = start.get(name)
+    compiled.fluid.swell[:] = np.random.default_rng(6).uniform(0.3, 1.7, N_FLUID)
     for name in ("sx", "sy", "sz", "limited", "projected", "au", "av", "aw"):
         compiled.fluid.get(name)[:] = 0
     compiled.fluid.sweeps[0] = 0.0
@@ -108,22 +118,24 @@ def kernels(compiled):
 # --- density constraint -----------------------------------------------------------------------------------------------
 
 
-def test_density_multiplier_and_correction_equal_the_reference(kernels):
+@pytest.mark.parametrize("swollen", ["", "swollen_"])
+def test_density_multiplier_and_correction_equal_the_reference(kernels, swollen):
     fluid, wall, (rho_rest, eps) = kernels.fluid, kernels.wall, rest(kernels)
-    m, psi = fluid.m[None, :, None], wall.m[None, :, None]
+    fills = fluid.m * fluid.swell if swollen else fluid.m  # mass of the liquid whose room a particle takes
+    m, psi = fills[None, :, None], wall.m[None, :, None]
     W, G = pairs(fluid, fluid, kernels.kernel)
     W_wall, G_wall = pairs(fluid, wall, kernels.kernel)
-    rho = W @ fluid.m + W_wall @ wall.m
+    rho = W @ fills + W_wall @ wall.m
     C = np.maximum(rho / rho_rest - 1.0, 0.0)
     own = ((m * G).sum(1) + (psi * G_wall).sum(1)) / rho_rest  # grad_i C_i; grad_j C_i = -m_j G_ij / rho_rest
-    others = ((m * G / rho_rest) ** 2 / m).sum((1, 2))  # walls do not move: none of theirs
+    others = ((m * G / rho_rest) ** 2 / fluid.m[None, :, None]).sum((1, 2))  # walls do not move: none of theirs
     lmbda = -C / ((own**2).sum(1) / fluid.m + others + eps)
-    pair = fluid.m[None, :] * lmbda[:, None] + fluid.m[:, None] * lmbda[None, :]
+    pair = fills[None, :] * lmbda[:, None] + fills[:, None] * lmbda[None, :]
     correction = (pair[:, :, None] * G).sum(1) + lmbda[:, None] * (psi * G_wall).sum(1)
     correction /= fluid.m[:, None] * rho_rest
     assert 10 < np.count_nonzero(C) < N_FLUID - 5  # compressed particles and others
 
-    kernels.run("density", "correction")
+    kernels.run(f"{swollen}density", f"{swollen}correction")
 
     np.testing.assert_allclose(fluid.rho, rho, rtol=ROUND_OFF)
     close(vectors(fluid, "gcx", "gcy", "gcz"), own)
@@ -151,10 +163,11 @@ def test_gradient_is_that_of_the_density(kernels):
             assert (C[0] - C[1]) / (2.0 * step) == pytest.approx(gradient[i, axis], abs=1e-7 / kernels.spacing)
 
 
-def test_corrections_conserve_momentum(kernels):
+@pytest.mark.parametrize("swollen", ["", "swollen_"])
+def test_corrections_conserve_momentum(kernels, swollen):
     fluid = kernels.fluid
     kernels.wall.m[:] = 0.0
-    kernels.run("density", "correction")
+    kernels.run(f"{swollen}density", f"{swollen}correction")
     momentum = fluid.m[:, None] * vectors(fluid, "dpx", "dpy", "dpz")
     assert np.abs(momentum).max() > 0.0
     assert np.abs(momentum.sum(0)).max() <= ROUND_OFF * np.abs(momentum).sum()

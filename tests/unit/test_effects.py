@@ -22,11 +22,19 @@ from pysph_boiling.schemes.effects import (
     EFFECTS,
     AmbientLoss,
     BoxContainer,
+    Convection,
     CylinderContainer,
     Drag,
+    DynamicNucleation,
+    Expansion,
     HeatConduction,
     Heater,
     HeatSource,
+    LatentPooling,
+    Oscillation,
+    PhaseChange,
+    Refill,
+    SiteStorage,
     XSPHViscosity,
 )
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
@@ -35,7 +43,10 @@ from pysph_boiling.schemes.pbf import PBFScheme
 from pysph_boiling.schemes.stages import STAGES
 
 DX = 0.01
-FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6)}
+FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6),
+        "burst": DynamicNucleation(superheat_limit=50.0), "pooling": LatentPooling(),
+        "convection": Convection(form="gradient"), "expansion": Expansion(), "oscillation": Oscillation(),
+        "refill": Refill()}  # all but storage in sites, whose liquid stores no latent heat of its own
 CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
 
 # What each effect of FULL adds, and nobody else: kernels, properties, constants, columns of the results.
@@ -58,21 +69,32 @@ OWNS = {
         "n_liquid n_transition n_superheated n_vapour energy_liquid energy_transition energy_superheated energy_vapour "
         "n_nucleated n_interrupted energy_hidden"),
     "nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
+    "burst": ("NucleationRegion NucleationClaim NucleationFire NucleationChoice NucleationShare NucleationRelease",
+              "region_heat fire_key pick_key claim fires cut e_chosen e_others member fired burst", "steps",
+              "n_burst n_fired"),
     "bubbles": ("BubbleStart BubbleSnap BubbleHook BubbleShortcut BubbleCheck BubbleLabel",
                 "parent grandparent unsettled bubble bubble_n", "bubble_rounds",
                 "n_bubbles bubble_radius_mean n_single_bubbles"),
+    "condensation": ("BubbleCondensation", "condensing deficit condensed", "steps relabel", "n_condensed"),
+    "pooling": ("PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
     "buoyancy": ("BubbleBuoyancy", "", "", ""),
     "tension": ("BubbleCohesion", "", "", ""),
     "adhesion": ("BubbleSiteAdhesion", "", "", ""),
     "drag": ("BubbleDrag", "", "", ""),
+    "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
+    "expansion": ("BubbleSwell", "swell", "", "rest_volume"),
+    "oscillation": ("BubbleOscillation", "bcx bcy bcz bdx bdy bdz push", "pushes oscillation_dt n_pushed n_push_cut",
+                    "n_pushed n_push_cut"),
     "venting": ("VentingFilm VentingFree VentingRelease", "film covered free",
                 "energy_vented mass_vented n_vented n_bubbles_vented", "energy_lid n_vented n_bubbles_vented"),
+    "refill": ("", "", "mass_refilled energy_refilled n_refilled refill_due refill_uid steps",
+               "energy_refill n_refilled"),
 }
-LEDGER = {"mass", "mass_out", "mass_residual"}  # columns of every run
+LEDGER = {"mass", "mass_in", "mass_out", "mass_residual"}  # columns of every run
 
 
-def make(cls=BoilingScheme, effects=None, dt=1e-3, **kwargs):
-    """A scheme, its arrays and its equations, ready to compile."""
+def make(cls=BoilingScheme, effects=None, dt=1e-3, wide=False, **kwargs):
+    """A scheme, its arrays and its equations, ready to compile; ``wide`` lets sites reach further."""
     if cls is BoilingScheme:
         kwargs.setdefault("sites", ["sites"] if "nucleation" in (effects or {}) else [])
     scheme = cls(["fluid"], ["wall"], dim=2, spacing=DX, **(effects or {}), **kwargs)
@@ -81,7 +103,7 @@ def make(cls=BoilingScheme, effects=None, dt=1e-3, **kwargs):
     arrays = [fluid_block(*corners, **common),
               box_vessel(*corners, kernel=scheme.kernel, heated_fraction=0.5, **common)]
     if scheme.sites:
-        arrays.append(site_array([(3 * DX, 0.0, 0.0)], reach=2.4 * DX, spacing=DX))
+        arrays.append(site_array([(3 * DX, 0.0, 0.0)], reach=(6.0 if wide else 2.4) * DX, spacing=DX))
     scheme.setup_properties(arrays)
     scheme.configure_solver(dt=dt)
     return scheme, arrays, scheme.get_equations()
@@ -123,9 +145,12 @@ def test_absent_effect_adds_nothing(slot):
         kernels |= {"HeatTemperature"}
     if "density" not in scheme.effects:
         kernels -= {"NucleationSiteAttraction"}
+    if "expansion" in scheme.effects:
+        kernels |= {"PBFDensitySwollen", "PBFPositionCorrectionSwollen"}
+        kernels -= {"PBFDensity", "PBFPositionCorrection"}
     terms = scheme.terms()
     assert {type(term.equation).__name__ for term in terms} == kernels
-    assert {term.owner for term in terms} == set(scheme.effects)
+    assert {term.owner for term in terms} == {slot for slot in scheme.effects if OWNS[slot][0]}
     assert set(arrays[0].properties) == properties | {row.name for row in BASE_PROPERTIES} | set(PYSPH_PROPERTIES)
     assert set(arrays[0].constants) == constants
     assert {column.name for column in Ledger(scheme).columns} == columns | LEDGER
@@ -133,8 +158,21 @@ def test_absent_effect_adds_nothing(slot):
     assert {type(e).__name__ for _, group in subgroups(equations) for e in group.equations} == kernels
 
 
+def test_storage_in_sites_adds_what_it_owns():
+    """It cannot be in FULL, since its liquid stores no latent heat of its own."""
+    kernels, properties, constants, columns = (set(part.split()) for part in (
+        "StorageNearest StorageOccupied StorageChoice StorageAbsorption StorageEmission StorageVapour",
+        "site site_r2 paid q_sites emitted", "", "n_emitted energy_sites"))
+    effects = {**sets.BOIL, "phases": PhaseChange(kinetic="never", vapour_as_site=False)}
+    before, after = make(effects=effects, wide=True), make(effects={**effects, "storage": SiteStorage()}, wide=True)
+    for what, own in ((lambda m: {type(term.equation).__name__ for term in m[0].terms()}, kernels),
+                      (lambda m: set(m[1][0].properties), properties), (lambda m: set(m[1][0].constants), constants),
+                      (lambda m: {column.name for column in Ledger(m[0]).columns}, columns)):
+        assert what(after) - what(before) == own and what(before) <= what(after)
+
+
 def test_every_slot_is_tested():
-    assert set(OWNS) == set(BoilingScheme.slots) == {"density", *FULL}
+    assert set(OWNS) == set(BoilingScheme.slots) - {"storage"} == {"density", *FULL}
 
 
 def test_stage_without_terms_is_not_built():
@@ -174,7 +212,8 @@ def test_describe_names_stages_groups_and_owners():
 
 @pytest.mark.parametrize(("slot", "needed"), [(cls.slot, needed) for cls in CLASSES for needed in cls.requires])
 def test_missing_effect_is_named(slot, needed):
-    scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **without(needed), **{slot: FULL[slot]})
+    scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **without(needed),
+                           **{slot: FULL.get(slot, SiteStorage())})
     with pytest.raises(ValueError, match=f"'{slot}'.* needs the effect '{needed}': pass {needed}="):
         scheme.terms()
 

@@ -1,15 +1,18 @@
 """States and temperature: enthalpy and temperature undo each other, and the table of edges hangs together."""
+from inspect import signature
 from itertools import combinations
 
 import numpy as np
 import pytest
 
+from pysph_boiling.equations import phase_change
 from pysph_boiling.equations.helpers import boiling_temperature
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.phases import EDGES, Phase, enthalpy, temperature
 
 L, T_SAT = WATER.L, WATER.T_sat
-PARTS = {"negative": {"negative"}, "stored": {"stored"}, "full": {"full"}, "not negative": {"stored", "full"}}
+PARTS = {"negative": {"negative"}, "stored": {"stored"}, "full": {"full"}, "not negative": {"stored", "full"},
+         "lacking": {"negative", "stored"}}
 
 
 @pytest.mark.parametrize("T", [1.0, 293.15, T_SAT, 400.0, 647.0])
@@ -55,11 +58,33 @@ def test_temperature_is_continuous_where_its_reading_changes():
         np.testing.assert_allclose(readings, T_SAT, atol=1e-9)  # 1e-6 J/kg over c
 
 
-def test_kernel_helper_is_the_twin():
+@pytest.mark.parametrize("e, T", [(-L, T_SAT), (0.0, T_SAT), (L - 1.0, T_SAT), (L, T_SAT), (L + 2030.0, T_SAT + 1.0)])
+def test_vapour_stays_at_saturation_where_what_it_lacks_is_latent(e, T):
+    assert temperature(e, Phase.VAPOUR, WATER, subcooling=0.0) == pytest.approx(T, rel=1e-14)
+    for phase in (Phase.LIQUID, Phase.TRANSITION, Phase.SUPERHEATED):  # and only vapour
+        assert temperature(e, phase, WATER, subcooling=0.0) == temperature(e, phase, WATER)
+
+
+@pytest.mark.parametrize("subcooling", [0.0, 1.0])
+def test_kernel_helper_is_the_twin(subcooling):
     random = np.random.default_rng(1)
     e, e_lat, phase = random.uniform(-L, 2.0 * L, 400), random.uniform(0.0, L, 400), random.integers(0, 4, 400)
-    helper = [boiling_temperature(*row, T_SAT, L, WATER.c_l, WATER.c_v) for row in zip(e, e_lat, phase)]
-    np.testing.assert_array_equal(helper, temperature(e, phase, WATER, e_lat))
+    helper = [boiling_temperature(*row, T_SAT, L, WATER.c_l, WATER.c_v, subcooling) for row in zip(e, e_lat, phase)]
+    np.testing.assert_array_equal(helper, temperature(e, phase, WATER, e_lat, subcooling))
+
+
+@pytest.mark.parametrize("subcooling", [0.0, 1.0])
+@pytest.mark.parametrize("name", ["PhaseTemperature", "PhaseTemperatureHold", "PhaseEdges", "PhaseEdgesHold"])
+def test_kernels_hand_the_reading_of_vapour_on(name, subcooling):
+    """The kernels run as Python, on one particle."""
+    constants = dict(T_sat=T_SAT, L=L, c_l=WATER.c_l, c_v=WATER.c_v, k_l=1.0, k_v=1.0, subcooling=subcooling)
+    cls = getattr(phase_change, name)
+    kernel = cls("fluid", None, **{key: value for key, value in constants.items() if key in signature(cls).parameters})
+    method = kernel.post_loop if "Edges" in name else kernel.initialize
+    particle = {key: np.zeros(1) for key in signature(method).parameters if key != "d_idx"}
+    particle["d_phase"][:], particle["d_e"][:] = Phase.VAPOUR, L - 2030.0
+    method(0, **particle)
+    assert particle["d_T"][0] == pytest.approx(T_SAT - subcooling, rel=1e-14)
 
 
 @pytest.mark.parametrize("T", [0.0, -1.0, 647.1, 700.0, np.nan, np.inf])

@@ -12,12 +12,21 @@ from pysph_boiling.schemes.effects.base import (
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
 from pysph_boiling.schemes.effects.phases import PhaseChange, PresetNucleation
+from pysph_boiling.schemes.effects.site_storage import SiteStorage
+from pysph_boiling.schemes.effects.burst import DynamicNucleation
 from pysph_boiling.schemes.effects.bubbles import BubbleLabels, Buoyancy, Cohesion, Drag, SiteAdhesion
+from pysph_boiling.schemes.effects.condensation import Condensation
+from pysph_boiling.schemes.effects.pooling import LatentPooling
+from pysph_boiling.schemes.effects.convection import Convection
+from pysph_boiling.schemes.effects.expansion import Expansion
+from pysph_boiling.schemes.effects.oscillation import Oscillation
 from pysph_boiling.schemes.effects.venting import Venting
+from pysph_boiling.schemes.effects.refill import Refill
 
 __all__ = [
-    "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "CylinderContainer",
-    "DensityConstraint", "Drag", "EFFECTS", "Effect", "Flow", "HeatConduction", "HeatSource", "Heater", "PhaseChange",
-    "PresetNucleation", "Scene", "SiteAdhesion", "Venting", "XSPHViscosity", "check_parameters", "cumulative", "gather",
-    "heat_step_limit", "param", "total",
+    "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
+    "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
+    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "Oscillation", "PhaseChange", "PresetNucleation",
+    "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity", "check_parameters", "cumulative",
+    "gather", "heat_step_limit", "param", "total",
 ]

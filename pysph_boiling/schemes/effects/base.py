@@ -57,6 +57,11 @@ class Scene:
         """t* = sqrt(spacing/|g|) [s], the unit of time of the tuned rates; infinite without gravity."""
         return math.sqrt(self.spacing / self.g) if self.g else math.inf
 
+    def bubble_radius(self, spacings):
+        """A radius that acts on vapour [m], given in spacings of vapour; at most the support of the kernel."""
+        v_exp = self.effects["expansion"].v_exp if "expansion" in self.effects else 1.0
+        return min(spacings * self.spacing * v_exp ** (1.0 / self.dim), max(self.support, spacings * self.spacing))
+
     @property
     def support(self):
         """Support radius of the kernel [m]."""

@@ -71,7 +71,7 @@ class BubbleLabels(Effect):
         yield Term("bubbles.start", bubble_groups.BubbleStart(fluid, None))
         yield Term("bubbles.snap", bubble_groups.BubbleSnap(fluid, None))
         yield Term("bubbles.hook", bubble_groups.BubbleHook(
-            fluid, list(scene.fluids), radius=self.link_radius * scene.spacing))
+            fluid, list(scene.fluids), radius=scene.bubble_radius(self.link_radius)))
         yield Term("bubbles.shortcut", bubble_groups.BubbleShortcut(fluid, None))
         yield Term("bubbles.check", bubble_groups.BubbleCheck(fluid, None))
         yield Term("bubbles.label", bubble_groups.BubbleLabel(fluid, None))
@@ -85,7 +85,7 @@ class Buoyancy(Effect):
     title: ClassVar[str] = "buoyancy"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
-    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 1 is neutral", low=0.0)
+    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral", low=0.0)
     a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
     k_min: float = param(1.2, "-", "form 'ihmsen': smallest factor", low=0.0)
     k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
@@ -139,7 +139,8 @@ class Cohesion(Effect):
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", surface_tension.BubbleCohesion(
-            fluid, list(scene.fluids), strength=self.resolved(scene) * scene.g, radius=self.radius * scene.spacing))
+            fluid, list(scene.fluids), strength=self.resolved(scene) * scene.g,
+            radius=scene.bubble_radius(self.radius)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,5 @@
 """Motion: the density constraint, containers, viscosity."""
+import math
 import warnings
 from dataclasses import dataclass
 from typing import ClassVar
@@ -91,11 +92,15 @@ class DensityConstraint(Effect):
 
     def terms(self, scene, fluid):
         fluids, walls = list(scene.fluids), list(scene.solids)
-        density, squares = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
-        rho_rest = scene.rho0 * density
+        lattice, squares = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
+        rho_rest = scene.rho0 * lattice
         eps = self.eps * squares / (scene.spacing**2 * scene.particle_mass)
-        yield Term("density.multiplier", density_constraint.PBFDensity(fluid, fluids, rho_rest=rho_rest))
-        yield Term("density.correction", density_constraint.PBFPositionCorrection(
+        density, correction = density_constraint.PBFDensity, density_constraint.PBFPositionCorrection
+        if "expansion" in scene.effects:
+            density = density_constraint.PBFDensitySwollen
+            correction = density_constraint.PBFPositionCorrectionSwollen
+        yield Term("density.multiplier", density(fluid, fluids, rho_rest=rho_rest))
+        yield Term("density.correction", correction(
             fluid, fluids, rho_rest=rho_rest, nudge=0.05 * scene.spacing, dim=scene.dim))
         if walls:
             yield Term("density.multiplier", density_constraint.PBFBoundaryDensity(fluid, walls, rho_rest=rho_rest))
@@ -142,6 +147,10 @@ class BoxContainer(Effect):
         upper = [v - inset if axis < scene.dim else 0.0 for axis, v in enumerate(self.upper)]
         return lower, upper
 
+    def covers(self, scene, point):
+        """Whether the vertical through a point of the bounds lies inside."""
+        return True
+
     def check(self, scene, arrays):
         lower, upper = self.bounds(scene)
         for axis in range(scene.dim):
@@ -173,6 +182,19 @@ class CylinderContainer(Effect):
 
     def columns(self, scene):
         return (N_PROJECTED,)
+
+    def bounds(self, scene):
+        """Corners of the box round what particle centres may reach [m]."""
+        inset = self.margin * scene.spacing
+        reach, ends = self.radius - inset, (self.bottom + inset, self.top - inset)
+        lower, upper = ([centre + sign * reach for centre in self.centre[:scene.dim - 1]] for sign in (-1.0, 1.0))
+        rest = [0.0] * (3 - scene.dim)
+        return lower + [ends[0]] + rest, upper + [ends[1]] + rest
+
+    def covers(self, scene, point):
+        """Whether the vertical through a point of the bounds lies inside."""
+        off = [point[axis] - self.centre[axis] for axis in range(scene.dim - 1)]
+        return math.hypot(*off) <= self.radius - self.margin * scene.spacing
 
     def check(self, scene, arrays):
         inset = self.margin * scene.spacing

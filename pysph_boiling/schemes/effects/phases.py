@@ -22,6 +22,8 @@ class PhaseChange(Effect):
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     interrupt: str = param("hold", "-", "stored latent heat when a site is lost: held, or converted (paper)",
                            choices=("hold", "convert"))
+    kinetic: str = param("site", "-", "what liquid at saturation needs to enter the transition: a site near it, or "
+                         "nothing (always); or it never does", choices=("site", "always", "never"))
     vapour_as_site: bool = param(True, "-", "vapour near a liquid particle counts as a nucleation site")
     kinetic_radius: float = param(1.5, "-", "reach of vapour as a site, in spacings", above=0.0, high=2.0)
 
@@ -66,16 +68,17 @@ class PhaseChange(Effect):
 
     def terms(self, scene, fluid):
         material, k = scene.material, scene.effects["heat"].conductivity
-        state = dict(T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v)
+        subcooling = scene.effects["condensation"].subcooling if "condensation" in scene.effects else 1.0
+        state = dict(T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v, subcooling=subcooling)
         conductivities = dict(k_l=k(material.k_l), k_v=k(material.k_v))
         hold = self.interrupt == "hold"
         temperature = phase_change.PhaseTemperatureHold if hold else phase_change.PhaseTemperature
         edges = phase_change.PhaseEdgesHold if hold else phase_change.PhaseEdges
         yield Term("heat.temperature", temperature(fluid, None, **state, **conductivities))
-        yield Term("phases.edges", phase_change.PhaseKineticReset(fluid, None))
-        if self.vapour_as_site:
+        yield Term("phases.edges", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
+        if self.vapour_as_site and self.kinetic == "site":
             yield Term("phases.edges", phase_change.PhaseVapourCondition(
-                fluid, list(scene.fluids), radius=self.kinetic_radius * scene.spacing))
+                fluid, list(scene.fluids), radius=scene.bubble_radius(self.kinetic_radius)))
         yield Term("phases.edges", edges(fluid, None, **state))
 
 
@@ -123,8 +126,9 @@ class PresetNucleation(Effect):
             yield Departures(scheme, clearance=self.reach * scheme.spacing)
 
     def terms(self, scene, fluid):
-        yield Term("phases.edges", nucleation.NucleationSiteCondition(
-            fluid, list(scene.sites), radius=self.radius * scene.spacing))
+        if scene.effects["phases"].kinetic == "site":
+            yield Term("phases.edges", nucleation.NucleationSiteCondition(
+                fluid, list(scene.sites), radius=self.radius * scene.spacing))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,

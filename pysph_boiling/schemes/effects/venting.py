@@ -8,7 +8,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import venting
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Venting", "VentingTool"]
@@ -51,12 +51,11 @@ class Venting(Effect):
         return (Flow("energy_lid" if self.mode == "lid" else "energy_vented", -1, constant="energy_vented"),)
 
     def columns(self, scene):
-        def constant(name):
-            return lambda arrays, scene: sum(float(pa.constants[name].get_npy_array()[0]) for pa in arrays)
-
         return (
-            Column("n_vented", "-", "particles vented since the start", constant("n_vented")),
-            Column("n_bubbles_vented", "-", "bubbles vented since the start", constant("n_bubbles_vented")),
+            Column("n_vented", "-", "particles vented since the start",
+                   lambda arrays, scene: constant(arrays, "n_vented")),
+            Column("n_bubbles_vented", "-", "bubbles vented since the start",
+                   lambda arrays, scene: constant(arrays, "n_bubbles_vented")),
         )
 
     def terms(self, scene, fluid):
@@ -128,8 +127,8 @@ class VentingTool(Tool):
             return
         pa.energy_vented[0] += float(np.sum(m * e))
         pa.mass_vented[0] += float(np.sum(m))
-        for constant, values in pa.constants.items():
-            if constant.startswith("carried_"):
-                values.get_npy_array()[0] += float(np.sum(pa.get(constant.removeprefix("carried_"))[who], dtype=float))
+        for name, values in pa.constants.items():
+            if name.startswith("carried_"):
+                values.get_npy_array()[0] += float(np.sum(pa.get(name.removeprefix("carried_"))[who], dtype=float))
         pa.remove_particles(who)
 

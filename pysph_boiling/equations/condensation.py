@@ -1,0 +1,51 @@
+"""Condensation: what was decided bubble by bubble on the host, applied particle by particle.
+
+The decision is made by :func:`pysph_boiling.schemes.effects.condensation.choose`.
+"""
+from pysph.sph.equation import Equation
+
+from pysph_boiling.equations.helpers import boiling_temperature
+
+__all__ = ["BubbleCondensation"]
+
+
+class BubbleCondensation(Equation):
+    r"""Vapour that was chosen becomes liquid at saturation; the others of its bubble take up what is left to pay.
+
+    .. math::  e_i = L - \delta_i \text{ (vapour)}, \qquad e_i = -\delta_i \text{ (new liquid)}
+
+    Source: the paper, section 4.2.2, eqs. 20-22.
+
+    Parameters
+    ----------
+    T_sat : float       Saturation temperature [K].
+    L : float           Latent heat [J/kg].
+    c_l, c_v : float    Specific heat capacity of liquid and vapour [J/(kg K)].
+    subcooling : float  Share of what vapour lacks that its temperature shows [-], see :class:`PhaseTemperature`.
+
+    Reads    d_deficit [J/kg], d_condensing (1 shares, 2 condenses).   Writes   d_e [J/kg], d_phase, d_T [K],
+    d_condensed (count), d_condensing (0 again), own index only.
+    Needs    the decision on the host in the group before; vapour carries no frozen latent heat.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def initialize(self, d_idx, d_e, d_phase, d_T, d_condensing, d_deficit, d_condensed):
+        if d_condensing[d_idx] > 0:
+            d_e[d_idx] = self.L - d_deficit[d_idx]
+            if d_condensing[d_idx] == 2:
+                d_e[d_idx] = -d_deficit[d_idx]
+                d_phase[d_idx] = 0
+                d_condensed[d_idx] += 1
+            d_condensing[d_idx] = 0
+            d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v,
+                                             self.subcooling)

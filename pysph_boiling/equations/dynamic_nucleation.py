@@ -1,0 +1,329 @@
+"""Dynamic nucleation: a superheated region that holds enough heat turns some of its particles into vapour at once.
+
+The region of a superheated particle is itself and the superheated particles within a fixed radius. Read literally,
+regions of neighbours overlap and spend the same heat several times; here a region fires only if its claim is the
+strongest one on each of its members, so regions that fire in one step are disjoint. One group each, in this order:
+:class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`, and
+:class:`NucleationShare`. Every decision compares integers held in doubles or keys hashed from (seed, stream, step,
+uid), so it depends neither on threads nor on the order of the particles.
+"""
+from math import floor
+
+from compyle.api import declare
+from pysph.sph.equation import Equation
+
+from pysph_boiling.equations.helpers import boiling_temperature
+
+__all__ = [
+    "NucleationChoice", "NucleationClaim", "NucleationFire", "NucleationRegion", "NucleationRelease", "NucleationShare",
+]
+
+
+def nucleation_key(uid=0, stream=0, count=0):
+    """Random integer in [0, 2^32), never the same for two uids; multipliers below 2^31."""
+    i = declare('int')
+    h = declare('unsigned int')
+    h = uid
+    for i in range(3):
+        if i == 1:
+            h = h + stream
+        if i == 2:
+            h = h + count
+        h = h ^ (h >> 16)
+        h = h * 569420461
+        h = h ^ (h >> 15)
+        h = h * 1935289751
+        h = h ^ (h >> 15)
+    return h
+
+
+def nucleation_units(share=0.0):
+    """Whole units of 2^-24, so that sums are exact in any order."""
+    return floor(share*16777216.0 + 0.5)
+
+
+class NucleationRegion(Equation):
+    r"""Heat of the region round each superheated particle, if it is enough to fire; keys of the particle.
+
+    .. math::  Q_i = \sum_j m_j e_j > q_{crit} m_p L + e_{crit} \sum_j m_j, \qquad Q_i \ge m_p L
+
+    Source: the paper, section 3.2.2, eq. 5. Differs: Q is summed in whole units of 2^-24 m_p L, so it is exact.
+
+    Parameters
+    ----------
+    radius : float   Radius of a region [m], > 0.
+    m_p : float      Mass of a particle of the rest lattice [kg].
+    L : float        Latent heat [J/kg].
+    q_crit : float   Threshold in units of m_p L [-], >= 0.
+    e_crit : float   Threshold of the region's mean enthalpy [J/kg], >= 0.
+    stream : int     Stream of the random numbers, and the next; even.
+
+    Reads    d_uid, d_phase, s_phase, s_m [kg], s_e [J/kg], positions; constant ``steps``.
+    Writes   d_region_heat [2^-24 m_p L], 0 where it does not suffice, d_fire_key, d_pick_key, own index only.
+    Errors   ValueError if radius <= 0 or a threshold is negative.
+    Limits   Needs double precision. Latent heat frozen at an interruption counts as heat.
+    """
+
+    def __init__(self, dest, sources, radius, m_p, L, q_crit, e_crit, stream):
+        if not radius > 0.0:
+            raise ValueError(f"radius of a region must be > 0 m, got {radius} m")
+        if not (q_crit >= 0.0 and e_crit >= 0.0):
+            raise ValueError(f"thresholds must be >= 0, got {q_crit} m_p L and {e_crit} J/kg")
+        self.radius2 = float(radius) * float(radius)
+        self.m_p = float(m_p)
+        self.L = float(L)
+        self.q_crit = float(q_crit) * 16777216.0
+        self.e_crit = float(e_crit) / float(L)
+        self.stream = int(stream)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [nucleation_key, nucleation_units]
+
+    def initialize(self, d_idx, d_uid, d_phase, d_steps, d_region_heat, d_fire_key, d_pick_key):
+        count = declare('long')
+        d_region_heat[d_idx] = 0.0
+        if d_phase[d_idx] == 2:
+            count = cast(d_steps[0], 'long')
+            d_fire_key[d_idx] = nucleation_key(d_uid[d_idx], self.stream, count)
+            d_pick_key[d_idx] = nucleation_key(d_uid[d_idx], self.stream + 1, count)
+
+    def loop_all(self, d_idx, d_phase, d_region_heat, d_x, d_y, d_z, s_phase, s_m, s_e, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        heat = 0.0
+        mass = 0.0
+        if d_phase[d_idx] == 2:
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] == 2:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        share = s_m[s_idx] / self.m_p
+                        heat += nucleation_units(share * s_e[s_idx] / self.L)
+                        mass += nucleation_units(share)
+            if heat > self.q_crit + self.e_crit*mass and heat >= 16777216.0:
+                d_region_heat[d_idx] = heat
+
+
+class NucleationClaim(Equation):
+    """Key of the strongest claim on each superheated particle: the most heat of all regions it lies in, then the key.
+
+    Source: ours (see the module); with the uid to break ties, a uniform block would fire from a corner, one at a time.
+
+    Parameters
+    ----------
+    radius : float   As :class:`NucleationRegion`.
+
+    Reads    d_phase, s_region_heat [2^-24 m_p L], s_fire_key, positions.   Writes   d_claim, own index only.
+    Needs    NucleationRegion in an earlier group.
+    """
+
+    def __init__(self, dest, sources, radius):
+        self.radius2 = float(radius) * float(radius)
+        super().__init__(dest, sources)
+
+    def loop_all(self, d_idx, d_phase, d_claim, d_x, d_y, d_z, s_region_heat, s_fire_key, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        heat = 0.0
+        key = -1.0
+        if d_phase[d_idx] == 2:
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_region_heat[s_idx] > 0.0:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        if s_region_heat[s_idx] > heat:
+                            heat = s_region_heat[s_idx]
+                            key = s_fire_key[s_idx]
+                        if s_region_heat[s_idx] == heat:
+                            key = max(key, s_fire_key[s_idx])
+        d_claim[d_idx] = key
+
+
+class NucleationFire(Equation):
+    """A region fires if its claim is the strongest one on all of its members.
+
+    Source: ours; the maximum over the neighbours' neighbours, taken in two sweeps.
+
+    Parameters
+    ----------
+    radius : float   As :class:`NucleationRegion`.
+
+    Reads    d_region_heat [2^-24 m_p L], d_fire_key, s_claim, s_phase, positions.   Writes   d_fires, own index only.
+    Needs    NucleationClaim in an earlier group.
+    """
+
+    def __init__(self, dest, sources, radius):
+        self.radius2 = float(radius) * float(radius)
+        super().__init__(dest, sources)
+
+    def loop_all(self, d_idx, d_region_heat, d_fire_key, d_fires, d_x, d_y, d_z, s_phase, s_claim, s_x, s_y, s_z,
+                 NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        d_fires[d_idx] = 0
+        if d_region_heat[d_idx] > 0.0:
+            d_fires[d_idx] = 1
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] == 2:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        if s_claim[s_idx] != d_fire_key[d_idx]:
+                            d_fires[d_idx] = 0
+
+
+class NucleationChoice(Equation):
+    r"""Which members of a region that fires become vapour, and the enthalpies that its heat then leaves.
+
+    In the order of their keys, members are taken while :math:`\sum m L \le Q`; those with a key up to ``cut`` are
+    chosen. Sorting by random keys has the distribution of the Fisher-Yates shuffle. The chosen get L, the others
+
+    .. math::  e = (Q - L \sum_{chosen} m) / \sum_{others} m
+
+    If there are no others, the chosen share Q. If the first member is too heavy already, the region does not fire.
+
+    Source: the paper, section 3.2.2, eqs. 4, 6 and 7, for any masses.
+
+    Parameters
+    ----------
+    radius, m_p, L : float   As :class:`NucleationRegion`.
+
+    Reads    d_region_heat [2^-24 m_p L], s_pick_key, s_phase, s_m [kg], s_e [J/kg], positions.
+    Writes   d_fires, d_fired (count), d_cut (-1 where nothing fires), d_e_chosen, d_e_others [J/kg], own index only.
+    Needs    NucleationFire before it in the same group.
+    Limits   Q is known to 2^-25 m_p L for each member, so where Q only just pays for the chosen, the others may end up
+    to some J/kg (1 mK) below saturation.
+    """
+
+    def __init__(self, dest, sources, radius, m_p, L):
+        self.radius2 = float(radius) * float(radius)
+        self.m_p = float(m_p)
+        self.L = float(L)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [nucleation_units]
+
+    def loop_all(self, d_idx, d_region_heat, d_fires, d_fired, d_cut, d_e_chosen, d_e_others, d_x, d_y, d_z,
+                 s_pick_key, s_phase, s_m, s_e, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        more = declare('int')
+        s_idx = declare('long')
+        cut = -1.0
+        taken = 0.0
+        heat = 0.0
+        chosen = 0.0
+        others = 0.0
+        more = d_fires[d_idx]
+        while more == 1:
+            key = 4294967296.0
+            units = 0.0
+            heat = 0.0
+            chosen = 0.0
+            others = 0.0
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] == 2:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        heat += s_m[s_idx] * s_e[s_idx]
+                        if s_pick_key[s_idx] > cut:
+                            others += s_m[s_idx]
+                            if s_pick_key[s_idx] < key:
+                                key = s_pick_key[s_idx]
+                                units = nucleation_units(s_m[s_idx] / self.m_p)
+                        else:
+                            chosen += s_m[s_idx]
+            more = 0
+            if others > 0.0 and taken + units <= d_region_heat[d_idx]:
+                more = 1
+                cut = key
+                taken += units
+        d_cut[d_idx] = cut
+        if cut < 0.0:
+            d_fires[d_idx] = 0
+        else:
+            d_fired[d_idx] += 1
+            d_e_chosen[d_idx] = self.L
+            if others > 0.0:
+                d_e_others[d_idx] = (heat - self.L*chosen) / others
+            else:
+                d_e_chosen[d_idx] = heat / chosen
+
+
+class NucleationShare(Equation):
+    """Members of a region that fires take their new enthalpy; the chosen become vapour, the others stay superheated.
+
+    Source: the paper, section 3.2.2.
+
+    Parameters
+    ----------
+    radius : float                           As :class:`NucleationRegion`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+
+    Reads    s_cut, s_e_chosen, s_e_others [J/kg], d_pick_key, positions.   Writes   d_e [J/kg], d_phase, d_T [K],
+    d_member (regions that fire and hold the particle: 0 or 1), d_burst (count), own index only.
+    Needs    NucleationChoice in an earlier group.
+    """
+
+    def __init__(self, dest, sources, radius, T_sat, L, c_l, c_v, subcooling=1.0):
+        self.radius2 = float(radius) * float(radius)
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def loop_all(self, d_idx, d_pick_key, d_phase, d_e, d_T, d_member, d_burst, d_x, d_y, d_z, s_cut, s_e_chosen,
+                 s_e_others, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        new = declare('int')
+        s_idx = declare('long')
+        d_member[d_idx] = 0
+        if d_phase[d_idx] == 2:
+            new = 2
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_cut[s_idx] >= 0.0:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    if rx*rx + ry*ry + rz*rz < self.radius2:
+                        d_member[d_idx] += 1
+                        d_e[d_idx] = s_e_others[s_idx]
+                        if d_pick_key[d_idx] <= s_cut[s_idx]:
+                            d_e[d_idx] = s_e_chosen[s_idx]
+                            new = 3
+            if d_member[d_idx] > 0:
+                d_phase[d_idx] = new
+                d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v,
+                                                 self.subcooling)
+            if new == 3:
+                d_burst[d_idx] += 1
+
+
+class NucleationRelease(Equation):
+    """Members of a region that fires hold no latent heat back (``interrupt="hold"``).
+
+    Source: ours; what they had stored was spent with the rest.
+    Reads    d_member.   Writes   d_e_lat [J/kg], own index only.   Needs   NucleationShare in the same group.
+    """
+
+    def post_loop(self, d_idx, d_member, d_e_lat):
+        if d_member[d_idx] > 0:
+            d_e_lat[d_idx] = 0.0

@@ -1,0 +1,39 @@
+"""Expansion: vapour swells, slowly enough not to kick what is round it."""
+from pysph.sph.equation import Equation
+
+__all__ = ["BubbleSwell"]
+
+
+class BubbleSwell(Equation):
+    """Rest volume of a particle in units of its liquid's, on its way to that of its phase.
+
+    Source: ours; without it nothing swells and nothing bursts, since liquid and vapour fill the same volume.
+
+    Parameters
+    ----------
+    expanded : float   Swell of vapour [-], >= 1; all other particles return to 1.
+    rate : float       Largest change of the swell in a unit of time [1/s], > 0.
+    vapour : bool      Whether vapour is moved; ``False`` leaves that to the Rayleigh-Plesset oscillation.
+
+    Reads    d_phase, the time step.   Writes   d_swell [-], own index only.
+    Errors   ValueError if expanded < 1 or rate <= 0.   Limits   No work is done against the ambient pressure: enthalpy,
+    not energy, is the thermal state.
+    """
+
+    def __init__(self, dest, sources, expanded, rate, vapour=True):
+        if not expanded >= 1.0:
+            raise ValueError(f"expanded must be >= 1, got {expanded}")
+        if not rate > 0.0:
+            raise ValueError(f"rate of the expansion must be > 0 1/s, got {rate}")
+        self.expanded = float(expanded)
+        self.rate = float(rate)
+        self.vapour = float(vapour)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_phase, d_swell, dt):
+        goal = 1.0
+        most = self.rate * dt
+        if d_phase[d_idx] == 3:
+            goal = self.expanded
+            most = most * self.vapour
+        d_swell[d_idx] += min(max(goal - d_swell[d_idx], -most), most)

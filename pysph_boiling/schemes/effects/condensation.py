@@ -1,0 +1,118 @@
+"""Condensation: a bubble that has lost the latent heat of some of its vapour returns that vapour to the liquid."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import condensation
+from pysph_boiling.particles import Property
+from pysph_boiling.schemes.effects.base import Effect, cumulative, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["Condensation", "choose", "draw"]
+
+SHARES, CONDENSES = 1, 2  # values of the property ``condensing``; 0 is left as it is
+STREAM = 20  # of the random numbers, after eq. 20; each use of them has its own
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condensation(Effect):
+    """Vapour below saturation condenses, as much of each bubble as the heat that the bubble has lost pays for.
+
+    Form "latent": vapour that loses heat stays at T_sat, and what it lacks is latent heat, pooled over its bubble. Form
+    "paper": it cools, so that a bubble condenses nothing until its subcooling adds up to L/c_v (1112 K in water); few
+    particles never get there: 11 of them last for ever in ice water.
+    """
+
+    slot: ClassVar[str] = "condensation"
+    title: ClassVar[str] = "condensation"
+    requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+    form: str = param("latent", "-", "heat that vapour lacks is latent and pooled per bubble, or cools it (paper)",
+                      choices=("latent", "paper"))
+    seed: int = param(0, "-", "seed of the choice of particles", low=0)
+
+    @property
+    def subcooling(self):
+        """Share of what vapour lacks that its temperature shows [-]."""
+        return 1.0 if self.form == "paper" else 0.0
+
+    def properties(self, scene):
+        return (
+            Property("condensing", "-", "1 takes its share of the bubble's deficit, 2 condenses; 0 once done", "int"),
+            Property("deficit", "J/kg", "enthalpy that is left to pay once its bubble has condensed"),
+            Property("condensed", "-", "times the particle condensed", "int", True, True),
+        )
+
+    def constants(self, scene):
+        return {"steps": 0.0, "relabel": 0.0}
+
+    def columns(self, scene):
+        return (cumulative("n_condensed", "-", "particles condensed since the start", "condensed"),)
+
+    def hooks(self, scene):
+        from pysph_boiling.schemes.integrator import set_constant
+        from pysph_boiling.schemes.vapour import Vapour
+
+        def decide(arrays):
+            if any(pa.relabel[0] > 0.0 for pa in arrays):
+                return  # the second pass labels what is left, and no more
+            vapour = Vapour(arrays)
+            key = draw(vapour.get("uid"), self.seed, STREAM, int(arrays[0].steps[0]))
+            fate, deficit = choose(vapour.index, vapour.get("m"), vapour.get("e"), key, scene.material.L)
+            if fate.any():
+                vapour.put("condensing", fate)
+                vapour.put("deficit", deficit)
+                for pa in arrays:
+                    set_constant(pa, "relabel", 1.0)
+
+        return {"bubbles.label": decide}
+
+    def terms(self, scene, fluid):
+        material = scene.material
+        yield Term("bubbles.condense", condensation.BubbleCondensation(
+            fluid, None, T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v,
+            subcooling=self.subcooling))
+
+
+def choose(bubble, m, e, key, L):
+    """Which vapour condenses, and what the others of its bubble then lack.
+
+    The members of a bubble with e < L lack Q = sum m (L - e) (eq. 20). Of these, in the order of their keys, as many
+    condense as sum m L <= Q (eq. 21, for any masses); the others share what is left of Q evenly by mass (eq. 22). If
+    all condense, the new liquid does. The sum m e of a bubble never changes.
+
+    Parameters
+    ----------
+    bubble : int array (n,)   Number of the bubble of each vapour particle, from 0.
+    m, e : array (n,)         Mass [kg] and specific enthalpy [J/kg].
+    key : array (n,)          Random numbers, all different.
+    L : float                 Latent heat [J/kg].
+
+    Returns (fate, deficit): 0, ``SHARES`` or ``CONDENSES`` (n,), and the new deficit [J/kg] (n,).
+    """
+    fate, deficit = np.zeros(len(e), int), np.zeros(len(e))
+    members = np.flatnonzero(e < L)
+    members = members[np.lexsort((key[members], bubble[members]))]  # so sums do not depend on the arrays' order
+    m, e, bubble = m[members], e[members], bubble[members]
+    lacks = np.bincount(bubble, weights=m * (L - e))
+    for number in np.flatnonzero(lacks >= L * np.min(m, initial=np.inf)):
+        here = slice(*np.searchsorted(bubble, [number, number + 1]))
+        who, mass = members[here], m[here]
+        paid = L * np.cumsum(mass)
+        n = int(np.searchsorted(paid, lacks[number], side="right"))
+        if n > 0:
+            fate[who[:n]], fate[who[n:]] = CONDENSES, SHARES
+            heirs = slice(n, None) if n < len(who) else slice(None)
+            deficit[who[heirs]] = (lacks[number] - paid[n - 1]) / np.sum(mass[heirs])
+    return fate, deficit
+
+
+def draw(uid, *counters):
+    """Random uint32 of each uid for some counters (seed, stream, step); never the same for two uids."""
+    h = np.asarray(uid, np.uint32)
+    for counter in (0, *counters):  # first the uids alone: a seed would only shift them
+        h = h + np.uint32(counter % 2**32)
+        h = (h ^ (h >> 16)) * np.uint32(569420461)
+        h = (h ^ (h >> 15)) * np.uint32(1935289751)
+        h = h ^ (h >> 15)
+    return h

@@ -1,0 +1,71 @@
+"""Convection: warm liquid rises."""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import convection
+from pysph_boiling.particles import Property
+from pysph_boiling.schemes.effects.base import Effect, gather, param
+from pysph_boiling.schemes.stages import Term
+
+__all__ = ["Convection"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Convection(Effect):
+    """Buoyancy of warm liquid (Boussinesq), or the paper's force along the temperature gradient."""
+
+    slot: ClassVar[str] = "convection"
+    title: ClassVar[str] = "convection of liquid"
+    requires: ClassVar[tuple[str, ...]] = ("heat", "density")
+    form: str = param("boussinesq", "-", "form of the force", choices=("boussinesq", "gradient"))
+    beta: float = param(None, "1/K", "form 'boussinesq': thermal expansion coefficient; the material's if not given",
+                        low=0.0)
+    T_ref: float = param(None, "K", "form 'boussinesq': neutral temperature; the mean of the liquid if not given",
+                         above=0.0)
+    gain: float = param(0.01, "-", "form 'gradient': acceleration over |g| for 1 K across a spacing; tuned", low=0.0)
+
+    def warnings(self, scene, dt):
+        if scene.g == 0.0:
+            yield "convection: without gravity it does nothing"
+
+    def properties(self, scene):
+        if self.form == "boussinesq":
+            return ()
+        return tuple(Property(f"gT{axis}", "K/m", "temperature gradient of the liquid") for axis in "xyz")
+
+    def constants(self, scene):
+        if self.form == "gradient":
+            return {}
+        return {"convection_T": scene.material.T_sat if self.T_ref is None else self.T_ref}
+
+    def hooks(self, scene):
+        k_wet = self.k_wet(scene)
+
+        def mean_temperature(arrays):
+            wet = gather(arrays, "k") >= k_wet
+            if wet.any():
+                for pa in arrays:
+                    pa.convection_T[0] = np.mean(gather(arrays, "T")[wet])
+                    if pa.gpu is not None:
+                        pa.gpu.push("convection_T")
+
+        return {"heat.update": mean_temperature} if self.form == "boussinesq" and self.T_ref is None else {}
+
+    @staticmethod
+    def k_wet(scene):
+        """Conductivity that tells liquid from vapour [W/(m K)]."""
+        k = scene.effects["heat"].conductivity
+        return math.sqrt(k(scene.material.k_l) * k(scene.material.k_v))
+
+    def terms(self, scene, fluid):
+        if self.form == "boussinesq":
+            beta = scene.material.beta if self.beta is None else self.beta
+            yield Term("forces.sum", convection.ConvectionBoussinesq(
+                fluid, None, beta=beta, k_wet=self.k_wet(scene), **dict(zip(("gx", "gy", "gz"), scene.gravity))))
+        else:
+            yield Term("forces.sum", convection.ConvectionGradient(
+                fluid, list(scene.fluids), gain=self.gain * scene.g * scene.spacing, largest=scene.g, rho0=scene.rho0,
+                k_wet=self.k_wet(scene)))

@@ -1,0 +1,297 @@
+"""Oscillation of bubbles: a constraint on their mean radius, empirical or driven by the Rayleigh-Plesset equation."""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import oscillation
+from pysph_boiling.particles import Property
+from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.effects.base import Column, Effect, constant, host, param
+from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
+from pysph_boiling.schemes.stages import Term
+from pysph_boiling.schemes.vapour import Vapour
+
+__all__ = ["Oscillation"]
+
+BAND = (0.45, 0.85)  # the paper, section 4.3: bounds without their N^(1/3) part, in units of ``length``
+ROUND_OFF = 1e-12  # of a radius: what counts as inside its bounds
+TYPICAL = 20  # particles in a bubble for which the time scale is checked
+STEPS = 20  # steps a period needs to be seen
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oscillation(Effect):
+    """Keeps the mean radius of each bubble within bounds, or lets it oscillate.
+
+    ``"band"`` (the paper) and ``"relative"`` only clamp: nothing moves inside the bounds. ``"hysteresis"`` remembers: a
+    target radius runs from bound to bound and back in ``period``. ``"rayleigh_plesset"`` solves for the volume of each
+    bubble, to which both its radius and the rest volume of its particles are set.
+
+    A push is cut for a whole bubble, so that its particles still share no net momentum. With unequal masses the centre
+    of mass stays, the centroid does not.
+
+    ``time_scale``: a steam bubble of 4 mm rings 820 times a second, which no frame shows, so that the bubble's own time
+    runs this many times slower: period = time_scale 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
+
+    Limits: ``"band"`` fits 15 to 101 particles in 3-D, 9 to 30 in 2-D; it swells smaller bubbles and squeezes larger
+    ones. The density constraint keeps a bubble above about 0.92 (3-D) or 0.965 (2-D) of its radius at rest. A bubble
+    must be shorter than half a period of the domain.
+    """
+
+    slot: ClassVar[str] = "oscillation"
+    title: ClassVar[str] = "oscillation of bubbles"
+    requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
+    form: str = param("band", "-", "how the radius of a bubble is chosen",
+                      choices=("band", "relative", "hysteresis", "rayleigh_plesset"))
+    gradient: str = param("exact", "-", "'exact' (eq. 27) exerts no net push, 'paper' (eq. 28) does",
+                          choices=("exact", "paper"))
+    omega: float = param(1.0, "-", "under-relaxation", above=0.0, high=1.0)
+    sweeps: int = param(1, "-", "solves a step", low=1)
+    eps: float = param(1e-6, "-", "relaxation of eq. 29, relative to w/N", low=0.0)
+    min_particles: int = param(2, "-", "smaller bubbles are left alone", low=2)
+    longest: float = param(0.05, "-", "largest displacement of a particle in a step, in spacings", above=0.0)
+    k_model: float = param(0.05, "-", "'band': growth of the bounds with N^(1/3)", low=0.0)
+    length: float = param(2.0, "-", "'band': unit of the paper's radii, in spacings", above=0.0)
+    lower: float = param(None, "-", "lower bound, in units of the radius at rest; 0.9, hysteresis 0.95, "
+                         "Rayleigh-Plesset 0.6 if not given", above=0.0)
+    upper: float = param(None, "-", "upper bound, in units of the radius at rest; 1.15, Rayleigh-Plesset 1.25 if not "
+                         "given", above=0.0)
+    period: float = param(None, "s", "'hysteresis': period; 10 sqrt(spacing/|g|) if not given", above=0.0)
+    pressure: float = param(101325.0, "Pa", "'rayleigh_plesset': ambient pressure", above=0.0)
+    kappa: float = param(1.33, "-", "'rayleigh_plesset': polytropic exponent of the gas", low=1.0)
+    viscosity: float = param(None, "Pa s", "'rayleigh_plesset': of the liquid; the material's if not given. More of it "
+                             "stands for damping by heat and sound", low=0.0)
+    sigma: float = param(None, "N/m", "'rayleigh_plesset': surface tension; the material's if not given", low=0.0)
+    time_scale: float = param(50.0, "-", "'rayleigh_plesset': a bubble's time runs this many times slower", above=0.0)
+    surface: float = param(None, "m", "'rayleigh_plesset': height of the free surface; that of the highest liquid if "
+                           "not given")
+
+    BOUNDS: ClassVar[dict] = {"relative": (0.9, 1.15), "hysteresis": (0.95, 1.15), "rayleigh_plesset": (0.6, 1.25)}
+    PERIOD: ClassVar[float] = 10.0  # of t*; tuned
+    MIXING: ClassVar[float] = 10.0  # of t*: time in which the particles of a bubble come to equal swell; tuned
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.form in self.BOUNDS:
+            lower, upper = self.bounds()
+            if not lower < upper:
+                raise ValueError(f"oscillation.lower must be below oscillation.upper, got {lower} and {upper}")
+
+    def bounds(self):
+        """(lower, upper) in units of the radius at rest."""
+        return tuple(default if given is None else given
+                     for given, default in zip((self.lower, self.upper), self.BOUNDS[self.form]))
+
+    def resolved_period(self, scene):
+        return self.period if self.period is not None else self.PERIOD * scene.fall_time
+
+    def bubble(self, scene):
+        """The equation of a single bubble, from the material and what was given instead."""
+        material = scene.material
+        return RayleighPlesset(
+            rho=material.rho_l, pressure=self.pressure, kappa=self.kappa,
+            sigma=material.sigma if self.sigma is None else self.sigma,
+            mu=material.mu_l if self.viscosity is None else self.viscosity)
+
+    def properties(self, scene):
+        rows = [Property(name, "m", "centre of its bubble") for name in ("bcx", "bcy", "bcz")]
+        rows += [Property(name, "-", "mean direction from the centre of its bubble") for name in ("bdx", "bdy", "bdz")]
+        rows.append(Property("push", "kg m", "mass times displacement along its direction"))
+        if self.form == "hysteresis":
+            rows.append(Property("aim", "-", "target radius of its bubble over that at rest; negative while it shrinks",
+                                 state=True))
+        if self.form == "rayleigh_plesset":
+            rows.append(Property("swell_rate", "1/s", "rate of the swell, in the bubble's own time", state=True))
+        return tuple(rows)
+
+    def constants(self, scene):
+        constants = {"pushes": 0.0, "oscillation_dt": 0.0, "n_pushed": 0.0, "n_push_cut": 0.0}
+        return {**constants, "n_clamped": 0.0} if self.form == "rayleigh_plesset" else constants
+
+    def columns(self, scene):
+        meanings = {"n_pushed": "pushes of a bubble since the start",
+                    "n_push_cut": "pushes cut by the displacement limit since the start",
+                    "n_clamped": "times that the volume of a bubble was held at its bounds since the start"}
+        return tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
+                     for name, meaning in meanings.items() if name in self.constants(scene))
+
+    def check(self, scene, arrays):
+        if self.form == "hysteresis" and math.isinf(self.resolved_period(scene)):
+            raise ValueError("oscillation.period [s] must be given in a scene without gravity")
+        if self.form == "rayleigh_plesset":
+            if scene.dim != 3:
+                raise ValueError("oscillation.form = 'rayleigh_plesset' needs a scene in 3-D: the equation is that of "
+                                 "a sphere")
+            if "expansion" not in scene.effects:
+                raise ValueError("oscillation.form = 'rayleigh_plesset' needs the effect 'expansion': pass "
+                                 "expansion=Expansion(...) to the scheme, or choose another form")
+
+    def warnings(self, scene, dt):
+        if self.form == "hysteresis":
+            period = self.resolved_period(scene)
+            if period < STEPS * dt:
+                yield f"oscillation.period = {period:.3g} s is {period / dt:.3g} steps: it takes {STEPS} to be seen"
+        if self.form == "rayleigh_plesset" and "expansion" in scene.effects:
+            volume = TYPICAL * scene.effects["expansion"].v_exp * scene.spacing**scene.dim
+            period = self.time_scale * 2.0 * math.pi / float(self.bubble(scene).frequency(sphere_radius(volume)))
+            if period < STEPS * dt:
+                yield (f"oscillation.time_scale = {self.time_scale:.3g}: a bubble of {TYPICAL} particles rings once in "
+                       f"{period / dt:.3g} steps; from {self.time_scale * STEPS * dt / period:.3g} on it takes {STEPS}")
+
+    def terms(self, scene, fluid):
+        yield Term("oscillation.push", oscillation.BubbleOscillation(fluid, None, nearest=1e-6 * scene.spacing))
+
+    def conditions(self, scene):
+        return {"oscillation": lambda arrays: self.solve(scene, arrays)}
+
+    def hooks(self, scene):
+        if self.form == "rayleigh_plesset":
+            return {"forces.volume": lambda arrays: self.ring(scene, arrays)}
+        return {}
+
+    # --- on the host, one number a bubble -----------------------------------------------------------------------------
+
+    def solve(self, scene, arrays):
+        """Measure the bubbles and set what the kernel reads; whether any is to be pushed."""
+        first = arrays[0].pushes[0] == 0.0
+        if arrays[0].pushes[0] >= self.sweeps:
+            return False
+        vapour = Vapour(arrays)
+        place, centre = vapour.places(periods(arrays, scene.spacing))
+        arm = place - centre[vapour.index]
+        distance = np.linalg.norm(arm, axis=1)
+        direction = arm / np.maximum(distance, 1e-6 * scene.spacing)[:, None]
+        radius = vapour.sum(distance) / vapour.n
+        mean = np.stack([vapour.sum(direction[:, axis]) for axis in range(3)], -1) / vapour.n[:, None]
+        if self.gradient == "paper":
+            mean[:] = 0.0
+
+        low, high = self.radii(scene, vapour, radius, first)
+        gap = np.maximum(low - radius, 0.0) - np.maximum(radius - high, 0.0)
+        gap[(vapour.n < self.min_particles) | (np.abs(gap) < ROUND_OFF * high)] = 0.0
+        if not gap.any():
+            return False
+        w, span = 1.0 / vapour.get("m"), np.linalg.norm(direction - mean[vapour.index], axis=1)
+        squares = vapour.sum(w * span**2) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
+        push = self.omega * gap / (squares * vapour.n)
+        reach = np.zeros(len(gap))
+        np.maximum.at(reach, vapour.index, w * span)
+        most = self.longest * scene.spacing / self.sweeps
+        cut = np.abs(push) * reach > most
+        push[cut] = np.sign(push[cut]) * most / reach[cut]
+
+        for axis, letter in enumerate("xyz"):
+            vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
+            vapour.put(f"bd{letter}", mean[vapour.index, axis])
+        vapour.put("push", push[vapour.index])
+        arrays[0].n_pushed[0] += np.count_nonzero(gap)
+        arrays[0].n_push_cut[0] += np.count_nonzero(cut)
+        for pa in arrays:
+            pa.pushes[0] += 1.0
+        return True
+
+    def radii(self, scene, vapour, radius, first):
+        """Bounds of the mean radius of each bubble [m]; ``first`` in a step, the target of a hysteresis moves on."""
+        if self.form == "band":
+            unit = self.length * scene.spacing
+            return tuple((bound + self.k_model * np.cbrt(vapour.n)) * unit for bound in BAND)
+        at_rest = self.radius_at_rest(scene, vapour)
+        if self.form == "relative":
+            return tuple(bound * at_rest for bound in self.bounds())
+        if self.form == "hysteresis":
+            at_rest = at_rest * self.aims(scene, vapour, radius / at_rest, first)
+        return at_rest, at_rest
+
+    @staticmethod
+    def radius_at_rest(scene, vapour):
+        """Mean distance from the centre in a disc or sphere of the bubble's rest volume [m]."""
+        m = vapour.get("m")
+        size = vapour.sum(m * vapour.get("swell") if "expansion" in scene.effects else m) / scene.particle_mass
+        if scene.dim == 2:
+            return 2.0 / 3.0 * np.sqrt(size / math.pi) * scene.spacing
+        return 0.75 * sphere_radius(size) * scene.spacing
+
+    def aims(self, scene, vapour, radius, first):
+        """Target of each bubble in units of its radius at rest; each particle carries it, its sign the direction.
+
+        Those in the majority tell target and direction of a bubble that has merged. A new bubble starts from its
+        ``radius`` (in the same unit) and grows.
+        """
+        aim = vapour.get("aim")
+        if not first:
+            return np.abs(aim[vapour.first])
+        lower, upper = self.bounds()
+        sense = np.where(vapour.sum(np.sign(aim)) < 0.0, -1.0, 1.0)
+        agree = aim * sense[vapour.index] > 0.0
+        known = vapour.sum(agree)
+        target = np.where(known > 0.0, vapour.sum(agree * np.abs(aim)) / np.maximum(known, 1.0), radius)
+        dt = float(vapour.arrays[0].oscillation_dt[0])
+        target = np.clip(target, lower, upper) + sense * dt * 2.0 * (upper - lower) / self.resolved_period(scene)
+        turned = np.where(target > upper, 2.0 * upper - target, np.where(target < lower, 2.0 * lower - target, target))
+        sense[turned != target] *= -1.0
+        turned = np.clip(turned, lower, upper)
+        vapour.put("aim", (sense * turned)[vapour.index], elsewhere=0.0)
+        return turned
+
+    def ring(self, scene, arrays):
+        """Advance the volume of each bubble, and share it out as swell of its particles.
+
+        A particle's swell times its liquid's volume is its share of the bubble's volume, so that shares add up when
+        bubbles merge and go with their particles when one splits. Vapour that is new has the swell it had as liquid.
+        """
+        vapour = Vapour(arrays)
+        dt = float(arrays[0].oscillation_dt[0])
+        swell, rate, volume = vapour.get("swell"), vapour.get("swell_rate"), vapour.get("m") / scene.rho0
+        filled = vapour.sum(volume)
+        before = vapour.sum(volume * swell)
+        flow = vapour.sum(volume * rate)
+        R, R0 = sphere_radius(before), sphere_radius(scene.effects["expansion"].v_exp * filled)
+        R, U, clamped = self.bubble(scene).advance(
+            R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.time_scale,
+            *self.bounds())
+        after, flow_after = 4.0 / 3.0 * math.pi * R**3, 4.0 * math.pi * R * R * U
+
+        swell = swell * (after / before)[vapour.index]
+        rate = rate + ((flow_after - flow) / filled)[vapour.index]
+        mixed = -math.expm1(-dt / (self.MIXING * scene.fall_time))
+        swell += mixed * ((after / filled)[vapour.index] - swell)
+        rate += mixed * ((flow_after / filled)[vapour.index] - rate)
+        vapour.put("swell", swell)
+        vapour.put("swell_rate", rate, elsewhere=0.0)
+        arrays[0].n_clamped[0] += np.count_nonzero(clamped)
+
+    def outer_pressure(self, scene, arrays, vapour):
+        """Pressure at the centre of each bubble [Pa]: ambient, and the weight of the liquid above it."""
+        up = np.array(scene.up)
+        _, centre = vapour.places()
+        top = self.surface
+        if top is None:
+            top = max((float(np.max(height(pa, up)[host(pa, "phase") != Phase.VAPOUR], initial=-math.inf))
+                       for pa in arrays), default=-math.inf)
+        return self.pressure + scene.rho0 * scene.g * np.maximum(top - centre @ up, 0.0)
+
+
+def sphere_radius(volume):
+    """Radius of a sphere [m] of a volume [m^3]."""
+    return np.cbrt(3.0 * volume / (4.0 * math.pi))
+
+
+def height(pa, up):
+    """Height of the real particles of an array [m]."""
+    return sum(component * host(pa, axis) for component, axis in zip(up, "xyz"))
+
+
+def periods(arrays, spacing):
+    """Length of the domain along each axis [m], 0 where it is not periodic: how far ghosts are from their originals."""
+    lengths = np.zeros(3)
+    for pa in arrays:
+        n = pa.get_number_of_particles(True)
+        if pa.get_number_of_particles() > n:
+            uid = pa.get("uid", only_real_particles=False)
+            order = np.argsort(uid[:n])
+            original = order[np.searchsorted(uid[:n], uid[n:], sorter=order)]
+            place = np.stack([pa.get(axis, only_real_particles=False) for axis in "xyz"], -1)
+            lengths = np.maximum(lengths, np.abs(place[n:] - place[original]).max(axis=0))
+    return np.where(lengths > spacing, lengths, 0.0)

@@ -1,0 +1,94 @@
+"""Pooled latent heat: what liquid round a bubble has stored is the bubble's, and turns the nearest into vapour."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pysph_boiling.equations import pooling
+from pysph_boiling.particles import NO_BUBBLE, Property
+from pysph_boiling.schemes.effects.base import Effect, host
+from pysph_boiling.schemes.stages import Term
+from pysph_boiling.schemes.vapour import Vapour
+
+__all__ = ["LatentPooling", "Pools"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatentPooling(Effect):
+    """Latent heat stored round a bubble is pooled, and spent on the liquid nearest to the bubble's centroid.
+
+    Liquid in transition within the kinetic radius of vapour belongs to the bubble of the nearest vapour. All of it is
+    at saturation, so that heat may move within it. Without pooling each particle waits for its own latent heat, and a
+    bubble in superheated liquid grows dendrites instead of a disc or a sphere (``benchmarks/growth.py``).
+
+    Limits: a bubble that lies across a periodic border is taken where its particles are, on both sides of the domain.
+    """
+
+    slot: ClassVar[str] = "pooling"
+    title: ClassVar[str] = "pooled latent heat"
+    requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+
+    def properties(self, scene):
+        return (
+            Property("joined", "-", "bubble that liquid in transition stores its latent heat for; NO_BUBBLE elsewhere",
+                     "unsigned int"),
+            Property("pooled", "J/kg", "enthalpy given by the pool; negative where none is"),
+        )
+
+    def constants(self, scene):
+        return {"relabel": 0.0}
+
+    def hooks(self, scene):
+        pools = Pools(scene)
+        return {"bubbles.start": pools.begin, "bubbles.interface": pools.share}
+
+    def terms(self, scene, fluid):
+        material = scene.material
+        yield Term("bubbles.interface", pooling.PoolingJoin(
+            fluid, list(scene.fluids), radius=scene.bubble_radius(scene.effects["phases"].kinetic_radius)))
+        yield Term("bubbles.pool", pooling.PoolingShare(
+            fluid, None, T_sat=material.T_sat, L=material.L, c_v=material.c_v))
+
+
+class Pools:
+    """Decides what each particle gets from the pool of its bubble, and asks for new labels where there is new vapour.
+
+    A pool Q = sum m e completes the latent heat of its particles in the order of their distance from the bubble's
+    centroid (ties: smaller uid), as many as it can pay for; the others share the rest equally. Where none is left, the
+    excess stays with the new vapour. A second pass over the bubbles, which is there for the labels, does nothing.
+    """
+
+    def __init__(self, scene):
+        self.scene, self.again = scene, False
+
+    def begin(self, arrays):
+        """A pass over the bubbles begins; new labels were asked for if it is the second."""
+        self.again = any(pa.relabel[0] > 0.0 for pa in arrays)
+
+    def share(self, arrays):
+        """Write ``pooled``."""
+        (pa,) = arrays  # as the labels demand
+        pa.get("pooled", only_real_particles=False)[:] = -1.0
+        joined = host(pa, "joined")
+        who = np.flatnonzero(joined != NO_BUBBLE)
+        if len(who) and not self.again:
+            vapour, L = Vapour(arrays), self.scene.material.L
+            centroid = vapour.places()[1]
+            index = np.searchsorted(vapour.label, joined[who])
+            place = np.stack([host(pa, name)[who] for name in ("x", "y", "z")], -1)
+            distance2 = np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2
+            # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
+            order = np.lexsort((host(pa, "uid")[who], np.round(distance2, 9), index))
+            for pool in np.split(who[order], np.flatnonzero(np.diff(index[order])) + 1):
+                m, e = host(pa, "m")[pool], host(pa, "e")[pool]
+                heat, price = float(np.sum(m * e)), np.cumsum(m * L)
+                n = int(np.searchsorted(price, heat, side="right"))
+                if n == len(pool):
+                    pa.pooled[pool] = heat / np.sum(m)
+                else:
+                    pa.pooled[pool[:n]] = L
+                    pa.pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
+                if n:
+                    pa.relabel[0] = 1.0
+        if pa.gpu is not None:
+            pa.gpu.push("pooled")

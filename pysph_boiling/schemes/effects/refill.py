@@ -1,0 +1,126 @@
+"""Refill: liquid flows in from above, so that a vessel that boils in the open lasts."""
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+from pysph_boiling.particles import NO_BUBBLE
+from pysph_boiling.phases import Phase, enthalpy
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
+
+__all__ = ["Refill", "RefillTool"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refill(Effect):
+    """Liquid added on top of the surface: as much as has left, or at a rate of its own. Booked as inflow."""
+
+    slot: ClassVar[str] = "refill"
+    title: ClassVar[str] = "refill"
+    requires: ClassVar[tuple[str, ...]] = ("density", "container", "heat")
+    rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); what was vented, evened out, if not given", low=0.0)
+    T_feed: float = param(None, "K", "temperature of the liquid that flows in; saturation if not given", above=0.0)
+    seed: int = param(0, "-", "seed of the places where it comes in", low=0)
+
+    DELAY: ClassVar[float] = 20.0  # t*: what a bubble took away comes back over this time, not in one step
+    TRIES: ClassVar[int] = 16  # columns looked at for each particle; the lowest free one is filled
+
+    def check(self, scene, arrays):
+        if self.T_feed is not None and self.T_feed > scene.material.T_sat:
+            raise ValueError(f"refill.T_feed must be <= T_sat = {scene.material.T_sat} K, got {self.T_feed} K")
+        if self.rate is None and scene.g == 0.0:
+            raise ValueError("refill.rate [kg/s] must be given in a scene without gravity")
+
+    def constants(self, scene):
+        return {"mass_refilled": 0.0, "energy_refilled": 0.0, "n_refilled": 0.0, "refill_due": 0.0, "refill_uid": 0.0,
+                "steps": 0.0}
+
+    def prepare(self, scene, arrays):
+        pa = arrays[scene.fluids[0]]
+        if pa.refill_uid[0] == 0.0:
+            pa.refill_uid[0] = 1.0 + max(int(arrays[name].uid.max()) for name in scene.fluids)
+
+    def flows(self, scene):
+        return (Flow("energy_refill", +1, constant="energy_refilled"),)
+
+    def columns(self, scene):
+        return (Column("n_refilled", "-", "particles that flowed in since the start",
+                       lambda arrays, scene: constant(arrays, "n_refilled")),)
+
+    def tools(self, scheme):
+        yield RefillTool(self, scheme)
+
+
+class RefillTool(Tool):
+    """Adds particles after the step, at rest, one spacing above the surface. They join the first fluid array.
+
+    A particle comes in only where there is room under the container's top; what finds none waits (``refill_due``).
+    """
+
+    def __init__(self, effect, scheme):
+        self.effect, self.scheme, self.scene = effect, scheme, scheme.scene()
+        material = scheme.material
+        self.T_feed = material.T_sat if effect.T_feed is None else effect.T_feed
+        self.e_feed = float(enthalpy(self.T_feed, material))
+
+    def post_step(self, solver):
+        arrays, scene, effect = self.scheme.arrays, self.scene, self.effect
+        pa, mass = arrays[0], scene.particle_mass
+        if effect.rate is None:
+            gone = constant(arrays, "mass_vented") if "mass_vented" in pa.constants else 0.0
+            wanted = gone - constant(arrays, "mass_refilled") - pa.refill_due[0]
+            pa.refill_due[0] += max(wanted, 0.0) * -math.expm1(-solver.dt / (effect.DELAY * scene.fall_time))
+        else:
+            pa.refill_due[0] += effect.rate * solver.dt
+        n = int(pa.refill_due[0] / mass * (1.0 + 1e-12))
+        if n == 0:
+            return
+        places = self.places(arrays, n, np.random.default_rng([effect.seed, int(pa.steps[0])]))
+        n = len(places)
+        if n == 0:
+            return
+        values = dict(zip("xyz", places.T), m=mass, h=scene.h, rho=scene.rho0, e=self.e_feed, T=self.T_feed,
+                      phase=int(Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID), bubble=NO_BUBBLE, swell=1.0,
+                      uid=np.arange(n) + int(pa.refill_uid[0]))
+        kinds = {name: pa.properties[name].get_npy_array().dtype for name in values if name in pa.properties}
+        pa.add_particles(**{name: np.broadcast_to(values[name], n).astype(kind) for name, kind in kinds.items()})
+        for name, value in (("refill_due", -n * mass), ("refill_uid", n), ("n_refilled", n),
+                            ("mass_refilled", n * mass), ("energy_refilled", n * mass * self.e_feed)):
+            pa.constants[name].get_npy_array()[0] += value
+
+    def places(self, arrays, n, random):
+        """Up to ``n`` positions (n, 3) [m], each one spacing above the liquid below it."""
+        scene = self.scene
+        axis, dx = scene.dim - 1, scene.spacing
+        points = np.stack([gather(arrays, name) for name in "xyz"], -1)
+        liquid = np.ones(len(points), bool)
+        if "phase" in arrays[0].properties:
+            liquid = gather(arrays, "phase") != Phase.VAPOUR
+        lower, upper = scene.effects["container"].bounds(scene)
+        found = []
+        for _ in range(n):
+            best = None
+            for column in self.columns(random):
+                under = np.flatnonzero(np.sum((points[:, :axis] - column[:axis]) ** 2, axis=1) < dx * dx)
+                top = under[np.argmax(points[under, axis])] if len(under) else None
+                if top is not None and not liquid[top]:
+                    continue
+                column[axis] = lower[axis] if top is None else points[top, axis] + dx
+                if column[axis] <= upper[axis] and (best is None or column[axis] < best[axis]):
+                    best = column
+            if best is None:
+                break
+            found.append(best)
+            points, liquid = np.vstack([points, best]), np.append(liquid, True)
+        return np.array(found).reshape(-1, 3)
+
+    def columns(self, random):
+        """Random points of the container's cross-section, each a new array (3,)."""
+        container, scene = self.scene.effects["container"], self.scene
+        lower, upper = (np.array(corner) for corner in container.bounds(scene))
+        inset = np.where(np.arange(3) < scene.dim - 1, 0.4 * scene.spacing, 0.0)  # where a wall lets liquid settle
+        for point in random.uniform(lower + inset, upper - inset, (self.effect.TRIES, 3)):
+            if container.covers(scene, point):
+                yield point

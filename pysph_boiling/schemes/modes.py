@@ -1,0 +1,81 @@
+"""Three models of boiling to compare: the paper's, and the two that it compares itself with (its Table 1).
+
+:data:`MODES` says what each of them is, and which effects turn a scene into it. All three conserve mass and energy.
+"""
+from dataclasses import dataclass, field
+
+from pysph_boiling.schemes.effects import SiteStorage
+
+__all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mode:
+    """A model of boiling: what it says, and how it changes the effects of a scene.
+
+    ``latent_stage`` which liquid enters the latent stage; ``storage`` where latent heat is stored; ``vapour`` what
+    becomes vapour; ``one_bubble`` whether a site makes one bubble at a time. ``phases`` are changes of the effect of
+    that slot, ``without`` slots that are emptied, ``adds`` effects for empty slots, ``needs`` slots that must be there.
+    """
+
+    source: str
+    latent_stage: str
+    storage: str
+    vapour: str
+    one_bubble: bool = False
+    phases: dict = field(default_factory=dict)
+    without: tuple[str, ...] = ()
+    adds: dict = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
+
+
+MODES = {
+    "dynamic": Mode(
+        source="the paper",
+        latent_stage="liquid at T_sat that meets the kinetic condition",
+        storage="in the particle",
+        vapour="a particle with e >= L, or dynamic nucleation"),
+    "gu": Mode(
+        source="Gu et al.",
+        latent_stage="any liquid at T_sat: none is ever superheated",
+        storage="in the particle",
+        vapour="a particle with e >= L",
+        phases=dict(kinetic="always"), without=("burst",), needs=("phases",)),
+    "li_xiao": Mode(
+        source="Li & Xiao",
+        latent_stage="none: liquid superheats freely",
+        storage="in the site, by the excess heat of the liquid near it",
+        vapour="the n_emit particles nearest to a site that is free and can pay for them",
+        one_bubble=True,
+        phases=dict(kinetic="never", vapour_as_site=False), without=("burst", "adhesion"),
+        adds=dict(storage=SiteStorage()), needs=("phases", "nucleation")),
+}  # adhesion would keep a few particles of an emitted bubble, which occupy their site for ever
+
+
+def effects_in_mode(mode, effects):
+    """The effects (slot -> effect) of a scene in another mode. Returns a new dict; ``"dynamic"`` changes nothing.
+
+    Raises ``ValueError`` for an unknown mode and for a scene without what the mode changes.
+    """
+    if mode not in MODES:
+        raise ValueError(f"mode must be one of {', '.join(MODES)}; got {mode!r}")
+    row = MODES[mode]
+    for slot in row.needs:
+        if slot not in effects:
+            raise ValueError(f"mode '{mode}' needs a scene with the effect '{slot}'; this one has "
+                             f"{', '.join(effects) or 'none'}")
+    result = {slot: effect for slot, effect in effects.items() if slot not in row.without}
+    for slot, effect in row.adds.items():
+        result.setdefault(slot, effect)
+    if row.phases:
+        result["phases"] = result["phases"].replaced(**row.phases)
+    return result
+
+
+def widen_sites(scheme, arrays):
+    """Let the site arrays among ``arrays`` reach as far as storage in sites needs; nothing where there is none."""
+    if "storage" in scheme.effects:
+        h = scheme.effects["storage"].reach(scheme.scene()) / scheme.kernel.radius_scale
+        for pa in arrays:
+            if pa.name in scheme.sites:
+                pa.h[:] = pa.h.clip(min=h)
