@@ -19,6 +19,7 @@ from pysph_boiling.schemes.effects import (
     HeatConduction,
     Heater,
     HeatSource,
+    LatentPooling,
     PhaseChange,
     PresetNucleation,
     Refill,
@@ -30,7 +31,8 @@ from pysph_boiling.schemes.effects import (
 BOIL = dict(
     container=BoxContainer(), viscosity=XSPHViscosity(), heat=HeatConduction(), heater=Heater(temperature=433.15),
     phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
-    buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
+    pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
+    venting=Venting(),
 )  # what examples/steady_boiling.py uses, so that both share their compiled modules
 
 WARM = dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0), heat=HeatConduction(),

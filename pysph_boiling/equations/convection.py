@@ -55,7 +55,7 @@ class ConvectionGradient(Equation):
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_gTx, d_gTy, d_gTz [K/m], d_au, d_av, d_aw [m/s^2],
     own index only.   Errors   ValueError if gain < 0 or rho0 <= 0.
-    Limits   No restoring force in a stable layer beyond that of a pressure: a uniform gradient acts like gravity.
+    Limits   As the gradient of a field it is balanced by a pressure wherever it is not cut: no rolls without the cap.
     """
 
     def __init__(self, dest, sources, gain, largest, rho0, k_wet):

@@ -22,8 +22,8 @@ def vessel(refill, top=2.0, T=350.0, superheat=None):
         heat=HeatConduction(acceleration=1000.0 if superheat else 1e-9)))
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (size[0], FILL * DX, 0.0), jitter=0.01, **common)
-    arrays = [fluid, box_vessel((0.0, 0.0), size[:2], kernel=scheme.kernel, heated_fraction=0.5, **common),
-              site_array([(0.5 * size[0], 0.0, 0.0)], reach=2.4 * DX, spacing=DX)]
+    arrays = [fluid, box_vessel((0.0, 0.0), size[:2], kernel=scheme.kernel, heated_fraction=0.9, **common),
+              site_array([(f * size[0], 0.0, 0.0) for f in (0.2, 0.5, 0.8)], reach=2.4 * DX, spacing=DX)]
     scheme.setup_properties(arrays)
     scheme.set_temperature(fluid, T)
     stepper = Stepper(scheme, arrays)
@@ -78,12 +78,12 @@ def test_full_container_makes_the_inflow_wait():
 
 def test_vented_liquid_comes_back_and_the_level_is_kept():
     """2,500 steps of a boil in the open: what leaves as vapour returns as liquid, all of it booked."""
-    p = vessel(Refill(T_feed=372.0), T=373.0, superheat=60.0)
+    p = vessel(Refill(T_feed=372.0), T=373.0, superheat=80.0)
     p.stepper.step(2500)
     table = p.ledger.table()
     mass = table["mass"] / p.scheme.scene().particle_mass / (WIDTH * FILL)
     assert table["n_vented"][-1] > 40 and table["n_refilled"][-1] > 30
-    assert mass.max() <= 1.0 + 1e-12 and mass.min() > 0.8 and mass[len(mass) // 2:].mean() > 0.85
+    assert mass.max() <= 1.0 + 1e-12 and mass.min() > 0.7 and mass[-1] > 0.95
     assert np.max(np.abs(table["energy_residual"])) <= 1e-10 and np.max(np.abs(table["mass_residual"])) <= 1e-12
 
 

@@ -12,7 +12,7 @@ from pysph_boiling.schemes.effects import EFFECTS, AmbientLoss, Drag, DynamicNuc
 
 DX, T_SAT = 0.004, WATER_1ATM.T_sat
 MOTION = {"density", "container", "viscosity"}
-BUBBLES = {"bubbles", "buoyancy", "tension", "drag", "venting"}
+BUBBLES = {"bubbles", "pooling", "buoyancy", "tension", "drag", "venting"}
 
 # Scenes whose own set differs from what their arrays call for; the table in docs/model.md says why.
 DIFFERS = {"heated_slab": {"density", "container", "viscosity", "convection"}}
@@ -47,7 +47,7 @@ WARM = dict(heater=Heater(temperature=350.0), heated=0.5)
     (dict(T=T_SAT, **HOT), MOTION | BUBBLES | {"heat", "heater", "phases"}),
     (dict(T=T_SAT - 2.0, heated=0.5, heater=Heater(flux=1e4), burst=DynamicNucleation(superheat_limit=50.0)),
      MOTION | BUBBLES | {"heat", "heater", "phases", "burst", "condensation", "expansion"}),
-    (dict(T=T_SAT, gravity=(0.0, 0.0, 0.0), **HOT), {"heat", "heater", "phases", "bubbles"}),
+    (dict(T=T_SAT, gravity=(0.0, 0.0, 0.0), **HOT), {"heat", "heater", "phases", "bubbles", "pooling"}),
     (dict(T=300.0, loss=AmbientLoss()), MOTION | {"heat", "loss", "convection"}),
     (dict(T=T_SAT, venting=Venting(mode="remove"), **HOT), MOTION | BUBBLES | {"heat", "heater", "phases", "refill"}),
 ], ids=["cold", "warm base", "two temperatures", "boil", "boil without sites", "explosive", "weightless", "cooling",
