@@ -107,8 +107,7 @@ class Pool:
         self.arrays = [self.fluid, box_vessel((0.0,) * 3, self.upper, kernel=self.scheme.kernel, heated_fraction=0.7,
                                               **common)]
         if sites:
-            points = sites_on_base(4, lower=(0.2 * width * DX,) * 2, upper=(0.8 * width * DX,) * 2, dim=3)
-            points[:, 2] = 0.0
+            points = sites_on_base(4, lower=(0.2 * width * DX,) * 2 + (0.0,), upper=(0.8 * width * DX,) * 3, dim=3)
             self.arrays.append(site_array(points, reach=2.4 * DX, spacing=DX))
         self.scheme.setup_properties(self.arrays)
         self.scheme.configure_solver(tf=1e9)
