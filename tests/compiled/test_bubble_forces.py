@@ -187,7 +187,7 @@ def test_film_and_free_vapour_equal_the_reference(cloud):
     film = ~vapour & ~above.any(axis=1)
     free = vapour & ~(above & ~film).any(axis=1)
     assert 2 <= np.count_nonzero(film) and 2 <= np.count_nonzero(free)
-    cloud.run("film", "free")
+    cloud.run("film", "free", "release")
     np.testing.assert_array_equal(cloud.fluid.film, film)
     np.testing.assert_array_equal(cloud.fluid.covered, ~free)
     np.testing.assert_array_equal(cloud.fluid.free, np.where(free, before + 1, 0))
@@ -290,12 +290,12 @@ def test_a_bubble_is_free_under_at_most_a_film(layers, free, dim):
     bubble = np.all(np.abs(x[:, :dim - 1] - 3.0) < 1.0, axis=1) & (depth > layers) & (depth < layers + 2)
     forces = Forces(block, dim=dim, phase=np.where(bubble, VAPOUR, int(Phase.LIQUID)))
     for step in (1, 2, 3):
-        forces.run("film", "free")
+        forces.run("film", "free", "release")
         top = bubble & (depth < layers + 1)
         np.testing.assert_array_equal(block.free, np.where(top, step * free, 0))
         np.testing.assert_array_equal(block.film, (depth < 1.0) & ~bubble)
     block.phase[:] = np.where(depth < layers + 1, int(Phase.LIQUID), block.phase)  # the upper half condenses
-    forces.run("film", "free")
+    forces.run("film", "free", "release")
     lower = bubble & (depth > layers + 1)
     np.testing.assert_array_equal(block.free, np.where(lower, 1 * (layers == 0), 0))  # counts start afresh
 
@@ -310,5 +310,5 @@ def test_what_covers():
     forces = Forces(particles(DX * np.concatenate([below, above]), 2), dim=2)
     for phase, name in ((VAPOUR, "free"), (Phase.LIQUID, "film")):
         forces.fluid.phase[:] = phase
-        forces.run("film", "free")
+        forces.run("film", "free", "release")
         np.testing.assert_array_equal(forces.fluid.get(name)[:len(places)], ~covers)

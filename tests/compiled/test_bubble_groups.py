@@ -36,6 +36,7 @@ class Bubbles:
         arrays = [self.pa, wall, sites]
         self.scheme.setup_properties(arrays)
         self.pa.phase[:] = phase
+        self.pa.e[:] = WATER.L * (self.pa.phase == VAPOUR)  # nothing condenses, nothing is stored
         domain = DomainManager(xmin=0.0, xmax=period, periodic_in_x=True) if period else None
         self.scheme.configure_solver(dt=1e-3)
         stages, integrator = self.scheme.get_equations().groups, self.scheme.integrator
