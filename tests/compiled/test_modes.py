@@ -319,8 +319,9 @@ def test_table_of_modes():
     effects = {**BOIL, "burst": DynamicNucleation()}
     assert effects_in_mode("dynamic", effects) == effects
     gu, li_xiao = (effects_in_mode(mode, effects) for mode in ("gu", "li_xiao"))
-    assert gu == {**BOIL, "phases": PhaseChange(kinetic="always")}
-    others = {slot: effect for slot, effect in BOIL.items() if slot != "adhesion"}
+    others = {slot: effect for slot, effect in BOIL.items() if slot != "pooling"}
+    assert gu == {**others, "phases": PhaseChange(kinetic="always")}
+    others = {slot: effect for slot, effect in others.items() if slot != "adhesion"}
     assert li_xiao == {**others, "phases": PhaseChange(kinetic="never", vapour_as_site=False), "storage": SiteStorage()}
     assert "burst" in effects and list(MODES) == ["dynamic", "gu", "li_xiao"]
 
@@ -328,7 +329,7 @@ def test_table_of_modes():
         terms = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, sites=["sites"], **effects).terms()
         return {type(term.equation).__name__ for term in terms}
 
-    conditions = {"PhaseVapourCondition", "NucleationSiteCondition"}
+    conditions = {"PhaseVapourCondition", "NucleationSiteCondition", "PoolingJoin", "PoolingShare"}
     assert kernels(BOIL) - kernels(gu) == conditions and kernels(gu) <= kernels(BOIL)
     assert kernels(BOIL) - kernels(li_xiao) == conditions | {"BubbleSiteAdhesion"}
     assert {name for name in kernels(li_xiao) - kernels(BOIL) if not name.startswith("Storage")} == set()
