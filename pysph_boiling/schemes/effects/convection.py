@@ -1,5 +1,4 @@
 """Convection: warm liquid rises."""
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -47,30 +46,26 @@ class Convection(Effect):
         return {"convection_T": scene.material.T_sat if self.T_ref is None else self.T_ref}
 
     def hooks(self, scene):
-        k_wet = self.k_wet(scene)
+        k_wet = scene.effects["heat"].k_wet(scene.material)
 
         def mean_temperature(arrays):
             wet = gather(arrays, "k") >= k_wet
             if wet.any():
+                mean = np.mean(gather(arrays, "T")[wet])
                 for pa in arrays:
-                    pa.convection_T[0] = np.mean(gather(arrays, "T")[wet])
+                    pa.convection_T[0] = mean
                     if pa.gpu is not None:
                         pa.gpu.push("convection_T")
 
         return {"heat.update": mean_temperature} if self.form == "boussinesq" and self.T_ref is None else {}
 
-    @staticmethod
-    def k_wet(scene):
-        """Conductivity that tells liquid from vapour [W/(m K)]."""
-        k = scene.effects["heat"].conductivity
-        return math.sqrt(k(scene.material.k_l) * k(scene.material.k_v))
-
     def terms(self, scene, fluid):
+        k_wet = scene.effects["heat"].k_wet(scene.material)
         if self.form == "boussinesq":
             beta = scene.material.beta if self.beta is None else self.beta
             yield Term("forces.sum", convection.ConvectionBoussinesq(
-                fluid, None, beta=beta, k_wet=self.k_wet(scene), **dict(zip(("gx", "gy", "gz"), scene.gravity))))
+                fluid, None, beta=beta, k_wet=k_wet, **dict(zip(("gx", "gy", "gz"), scene.gravity))))
         else:
             yield Term("forces.sum", convection.ConvectionGradient(
                 fluid, list(scene.fluids), gain=self.gain * scene.g * scene.spacing, largest=scene.g, rho0=scene.rho0,
-                k_wet=self.k_wet(scene)))
+                k_wet=k_wet))

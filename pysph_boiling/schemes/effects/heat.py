@@ -33,6 +33,10 @@ class HeatConduction(Effect):
         """Effective conductivity [W/(m K)]."""
         return k * self.acceleration * self.enhancement
 
+    def k_wet(self, material):
+        """Effective conductivity that tells liquid from vapour [W/(m K)]: the geometric mean of the two."""
+        return math.sqrt(self.conductivity(material.k_l) * self.conductivity(material.k_v))
+
     def properties(self, scene):
         rows = [
             Property("e", "J/kg", "specific enthalpy, 0 for saturated liquid", state=True),
@@ -146,8 +150,7 @@ class Heater(Effect):
             yield Term("heat.exchange", heat.HeatFixedTemperature(
                 fluid, walls, rho0=scene.rho0, spacing=scene.spacing, dim=scene.dim))
         else:
-            k = scene.effects["heat"].conductivity
-            k_wet = math.sqrt(k(scene.material.k_l) * k(scene.material.k_v))
+            k_wet = scene.effects["heat"].k_wet(scene.material)
             yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_wet=k_wet))
             yield Term("heat.exchange", heat.HeatFlux(fluid, None))
 
