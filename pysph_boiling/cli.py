@@ -74,11 +74,19 @@ def run(arguments):
     app.run(openmp_arguments(rest) + rest)
 
 
+def reproduce(arguments):
+    """Reproduce figures and tables of the paper."""
+    from pysph_boiling.reproduce.command import reproduce as command
+
+    command(arguments)
+
+
 USAGE = """usage: pysph-boiling COMMAND [options]
 
   list                 the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again
+  reproduce [FIGURE]   the paper's figures and tables, all or those named (--quick: small scenes)
   --version
 """
 
@@ -89,7 +97,7 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": lambda _: list_scenes(), "run": run, "render": render}
+    commands = {"list": lambda _: list_scenes(), "run": run, "render": render, "reproduce": reproduce}
     if command == "--version":
         from pysph_boiling import __version__
 

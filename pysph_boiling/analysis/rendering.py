@@ -7,7 +7,8 @@ import numpy as np
 
 from pysph_boiling.phases import Phase
 
-__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "render_run"]
+__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "load_output",
+           "render_run"]
 
 # Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
 PHASE_COLOURS = {
@@ -118,7 +119,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
         raise FileNotFoundError(f"no PySPH output (hdf5 or npz) in {output_dir}")
     record = Path(output_dir) / "run.json"
     run = json.loads(record.read_text()) if record.exists() else {}
-    samples = [_sort_arrays(_load(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
+    samples = [_sort_arrays(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
     dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
     spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
     view = view or "slice"
@@ -136,7 +137,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
         old.unlink()
     paths = []
     for number, file in enumerate(files):
-        arrays, t = _load(file)
+        arrays, t = load_output(file)
         paths.append(draw_scene(
             arrays, folder / f"frame_{number:05d}.png", dim=dim, spacing=spacing, t=t, colour=colour, view=view,
             slice_axis=slice_axis, title=str(run.get("scene", "")).replace("_", " "), bounds=bounds, limits=limits))
@@ -187,7 +188,7 @@ def bubble_colours(labels):
 
 # What is in the scene
 
-def _load(file):
+def load_output(file):
     """Arrays and time [s] of an output file, without the properties that it only names (they would read as zero)."""
     from pysph.solver.utils import load
 

@@ -1,0 +1,62 @@
+"""The command ``pysph-boiling reproduce``."""
+import argparse
+import os
+from pathlib import Path
+
+from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.reproduce.figure import Section, figures
+from pysph_boiling.reproduce.page import write_page
+from pysph_boiling.reproduce.runs import perform
+
+__all__ = ["reproduce"]
+
+
+def reproduce(arguments):
+    """Run what the asked figures need, draw them, and write the page. Returns the page's path.
+
+    Errors: ``ValueError`` for an unknown figure, with the known ones; ``ChildProcessError`` where a run failed.
+    """
+    from rich.console import Console
+
+    known = figures()
+    parser = argparse.ArgumentParser(prog="pysph-boiling reproduce", description=__doc__)
+    parser.add_argument("figure", nargs="*", metavar="FIGURE",
+                        help=f"which ones, all if none is named: {', '.join(known)}")
+    parser.add_argument("--quick", action="store_true", help="small scenes, minutes instead of hours")
+    parser.add_argument("--directory", default=None, help="output folder; default reproduce, reproduce_quick")
+    parser.add_argument("--jobs", type=int, default=None, help="runs side by side; default one per core")
+    parser.add_argument("--list", action="store_true", help="print the runs and stop")
+    parser.add_argument("--json", metavar="FILE", help="write the statements and verdicts there")
+    options = parser.parse_args(arguments)
+    for key in options.figure:
+        if key not in known:
+            raise ValueError(f"no figure '{key}'; there are: {', '.join(known)}")
+    if options.jobs is not None and not 1 <= options.jobs <= (os.cpu_count() or 1):
+        raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
+    console = Console(highlight=False)
+    asked = {key: known[key]() for key in options.figure or known}
+    runs = [run for figure in asked.values() for run in figure.runs(options.quick)]
+    if options.list:
+        for run in dict.fromkeys(runs):
+            console.print(f"{run.name}: {run.command}")
+        return None
+
+    root = Path(options.directory or ("reproduce_quick" if options.quick else "reproduce"))
+    root.mkdir(parents=True, exist_ok=True)
+    results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
+    for key, figure in asked.items():
+        folder = root / key
+        folder.mkdir(exist_ok=True)
+        own = figure.runs(options.quick)
+        section = figure.make({run.name: results[run.name] for run in own}, folder, options.quick)
+        section.commands = [run.command for run in own]
+        section.save(folder)
+        told = [statement.agrees for statement in section.statements]
+        console.print(f"{key}: {section.title}: {told.count(True)} of {len(told)} statements agree")
+    sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
+    page = write_page(sections, root, quick=options.quick)
+    if options.json:
+        write_json(options.json, {section.key: {statement.paper: statement.agrees for statement in section.statements}
+                                  for section in sections})
+    console.print(f"page: {page}")
+    return page

@@ -1,0 +1,149 @@
+"""Simulations that a figure asks for: started once, kept, continued where they were interrupted."""
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pysph_boiling.analysis.ledger import load_results
+
+__all__ = ["Result", "Run", "last_output", "perform"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulation: a scene and its command-line options.
+
+    ``name`` is that of its folder, and the same wherever several figures use the run; ``alone`` keeps other runs from
+    the machine while this one is timed.
+    """
+
+    name: str
+    scene: str
+    options: tuple[str, ...] = ()
+    alone: bool = False
+
+    @property
+    def command(self):
+        """What a reader would type."""
+        return " ".join(["pysph-boiling", "run", self.scene, *self.options])
+
+
+class Result:
+    """A finished run: its results table, its record and its particle files."""
+
+    def __init__(self, run, folder):
+        self.run, self.folder = run, Path(folder)
+
+    @cached_property
+    def table(self):
+        """Column name -> array (rows,), as in ``results.npz``."""
+        return load_results(self.folder)
+
+    @cached_property
+    def record(self):
+        """``run.json`` as a dict."""
+        return json.loads((self.folder / "run.json").read_text())
+
+    @cached_property
+    def files(self):
+        """Output files, in order of time."""
+        from pysph.solver.utils import get_files
+
+        return get_files(str(self.folder))
+
+    @cached_property
+    def times(self):
+        """Time [s] of each output file."""
+        from pysph.solver.utils import load
+
+        return np.array([float(load(file)["solver_data"]["t"]) for file in self.files])
+
+    def arrays(self, t):
+        """(arrays by name, time [s]) of the output nearest to ``t`` [s]."""
+        from pysph_boiling.analysis.rendering import load_output
+
+        return load_output(self.files[int(np.argmin(np.abs(self.times - t)))])
+
+
+def finished(run, folder):
+    """Whether ``folder`` holds this very run, complete."""
+    record, marker = Path(folder) / "run.json", Path(folder) / "asked.txt"
+    return (record.exists() and marker.exists() and marker.read_text() == run.command
+            and bool(json.loads(record.read_text())["completed"]))
+
+
+def last_output(folder):
+    """The newest complete particle file of a run, or ``None``."""
+    from pysph.solver.utils import get_files, load
+
+    for file in reversed(get_files(str(folder)) if Path(folder).is_dir() else []):
+        try:
+            load(file)
+        except Exception:  # a file that was being written when the run was cut off
+            os.remove(file)
+            continue
+        return file
+    return None
+
+
+def start(run, folder, threads):
+    """Start the run as a process of its own, from its last output if it was interrupted."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    marker = folder / "asked.txt"
+    last = last_output(folder) if marker.exists() and marker.read_text() == run.command else None
+    resume = ["--restart-file", last] if last else []
+    marker.write_text(run.command)
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
+    log = open(folder / "console.txt", "a" if resume else "w")
+    return subprocess.Popen(
+        [sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
+         "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=environment)
+
+
+def perform(runs, root, *, jobs=None, report=print):
+    """Do the runs that are not done yet, ``jobs`` at a time with the cores shared out; returns name -> :class:`Result`.
+
+    Each run has a folder below ``root``. Errors: ``ChildProcessError`` naming the runs that failed, once all others are
+    done; an interrupt stops the running ones, which the next call continues.
+    """
+    root, cores = Path(root), os.cpu_count() or 1
+    jobs = jobs or cores
+    unique = {}
+    for run in runs:
+        if unique.setdefault(run.name, run) != run:
+            raise ValueError(f"two different runs are called '{run.name}': {run.command} and "
+                             f"{unique[run.name].command}")
+    waiting = [run for run in unique.values() if not finished(run, root / run.name)]
+    waiting.sort(key=lambda run: run.alone)  # what is timed comes last, with the machine to itself
+    total, running, failed = len(waiting), {}, []
+    try:
+        while waiting or running:
+            while waiting and len(running) < (1 if waiting[0].alone else jobs):
+                run = waiting.pop(0)
+                threads = cores if run.alone else max(1, cores // jobs)
+                running[run] = start(run, root / run.name, threads), time.time()
+                report(f"[{total - len(waiting)}/{total}] {run.name}: {run.command}")
+            time.sleep(0.2)
+            for run, (process, begin) in list(running.items()):
+                if process.poll() is None:
+                    continue
+                del running[run]
+                if not finished(run, root / run.name):
+                    failed.append(run.name)
+                outcome = "failed" if run.name in failed else "done, but its final check failed" if \
+                    process.returncode else "done"
+                report(f"{run.name}: {outcome} after {time.time() - begin:.0f} s")
+    finally:
+        for process, _ in running.values():
+            process.terminate()
+            process.wait()
+    if failed:
+        raise ChildProcessError(f"these runs failed: {', '.join(failed)}; each has its console.txt in {root}")
+    return {name: Result(run, root / name) for name, run in unique.items()}

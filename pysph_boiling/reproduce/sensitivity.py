@@ -1,0 +1,1 @@
+"""Table 3: how much the empirical constants matter."""

@@ -1,0 +1,1 @@
+"""Figures 7 to 12: one bubble rising, two merging, one splitting, and the ablations of each."""
