@@ -69,13 +69,25 @@ class Departures(Tool):
         self.scheme, self.clearance = scheme, clearance
         self.up = np.array(scheme.scene().up)
         self.base = None
-        self.attached = np.zeros(0, np.uint32)  # uids in bubbles at the base, one step before
+        self.attached = None  # uids in bubbles at the base, one step before
         self.events = []
 
-    def post_step(self, solver):
-        if self.base is None:
+    def pre_step(self, solver):
+        if self.attached is None:  # also when an interrupted run goes on
             sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
             self.base = max(float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up)) for pa in sites)
+            uid, index, _, aloft = self.look()
+            self.attached = uid[~aloft[index]]
+
+    def post_step(self, solver):
+        uid, index, size, aloft = self.look()
+        before = np.bincount(index, weights=np.isin(uid, self.attached), minlength=len(size))
+        for n in size[aloft & (before > 0.5 * size)]:
+            self.events.append((solver.t + solver.dt, int(n)))
+        self.attached = uid[~aloft[index]]
+
+    def look(self):
+        """Of each vapour particle its uid and bubble; of each bubble its particles, and whether it is aloft."""
         parts = {name: [] for name in ("uid", "bubble", "height")}
         for pa in self.scheme.arrays:
             vapour = np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR)
@@ -83,14 +95,7 @@ class Departures(Tool):
             parts["bubble"].append(pa.bubble[vapour])
             parts["height"].append(np.stack([pa.x[vapour], pa.y[vapour], pa.z[vapour]], -1) @ self.up - self.base)
         uid, bubble, height = (np.concatenate(parts[name]) for name in ("uid", "bubble", "height"))
-        if len(uid) == 0:
-            self.attached = uid
-            return
         _, index, size = np.unique(bubble, return_inverse=True, return_counts=True)
         lowest = np.full(len(size), np.inf)
         np.minimum.at(lowest, index, height)
-        up_now = lowest > self.clearance
-        before = np.bincount(index, weights=np.isin(uid, self.attached), minlength=len(size))
-        for n in size[up_now & (before > 0.5 * size)]:
-            self.events.append((solver.t + solver.dt, int(n)))
-        self.attached = uid[~up_now[index]]
+        return uid, index, size, lowest > self.clearance

@@ -85,6 +85,11 @@ class Ledger(Tool):
             if constant not in first.constants:
                 first.add_constant(constant, self.energy(arrays) if name == "energy" else self.mass(arrays))
 
+    def resume(self, table, t):
+        """Take over the rows of an interrupted run up to the time ``t`` [s]."""
+        kept = table["t"] <= t
+        self.rows = [dict(zip(table, map(float, row))) for row in zip(*(values[kept] for values in table.values()))]
+
     def energy(self, arrays):
         """Enthalpy of the domain [J]."""
         if not self.thermal:

@@ -5,12 +5,15 @@ Every parameter of the scene and of every effect is a command-line option. A run
 ``results.npz``, ``run.json`` and pictures in its output folder.
 """
 import dataclasses
+import json
 import os
 import platform
 import sys
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 from compyle.config import get_config
@@ -18,8 +21,9 @@ from pysph.base import kernels
 from pysph.base.nnps import get_number_of_threads
 from pysph.solver.application import Application
 from pysph.solver.tools import Tool
+from pysph.solver.utils import load
 
-from pysph_boiling.analysis.ledger import Ledger, write_json
+from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
 from pysph_boiling.schemes.effects import check_parameters, param
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 
@@ -55,6 +59,57 @@ class Progress(Tool):
     def post_step(self, solver):
         now = solver.t + solver.dt
         self.bar.update(self.task, completed=now - self.start, now=now)
+
+
+class Resumed:
+    """The state of an interrupted run, from one of its particle files and the results beside it.
+
+    Particle values go into arrays made anew, so that what is compiled is what the first start compiled.
+
+    Errors: ``ValueError`` where the file is not of this scene with these effects.
+    """
+
+    def __init__(self, file, arrays):
+        self.folder = Path(file).parent
+        data = load(file)
+        self.t, self.count = float(data["solver_data"]["t"]), int(data["solver_data"]["count"])
+        self.constants = {}
+        for pa in arrays:
+            stored = data["arrays"].get(pa.name)
+            names = stored.output_property_arrays if stored is not None else []
+            if stored is None or set(names) != set(pa.output_property_arrays) or set(pa.constants) - set(
+                    stored.constants):
+                raise ValueError(f"--restart-file: {file} does not fit this scene with these effects: array "
+                                 f"'{pa.name}' {'is missing' if stored is None else 'has other properties'}")
+            n, now = stored.get_number_of_particles(), pa.get_number_of_particles()
+            if n < now:
+                pa.remove_particles(np.arange(n, now))
+            elif n > now:
+                pa.extend(n - now)
+                pa.align_particles()
+            for name in names:
+                pa.get(name, only_real_particles=False)[:] = stored.get(name, only_real_particles=False)
+            for name in pa.constants:
+                pa.constants[name].get_npy_array()[:] = stored.constants[name].get_npy_array()
+            self.constants[pa.name] = {name: stored.constants[name].get_npy_array().copy() for name in
+                                       set(stored.constants) - set(pa.constants)}
+
+    def apply(self, solver, ledger, tools):
+        """Set the clock, and give the ledger and the tools what they had collected."""
+        from pysph_boiling.analysis.bubbles import Departures
+
+        solver.t, solver.count = self.t, self.count
+        for pa in solver.particles:
+            for name, values in self.constants[pa.name].items():
+                pa.add_constant(name, values)
+        early = self.t * (1.0 + 1e-12)
+        if (self.folder / "results.npz").exists():
+            ledger.resume(load_results(self.folder), early)
+        record = self.folder / "run.json"
+        events = json.loads(record.read_text())["departures"] if record.exists() else []
+        for tool in tools:
+            if isinstance(tool, Departures):
+                tool.events = [tuple(event) for event in events if event[0] <= early]
 
 
 class SceneApplication(Application):
@@ -126,6 +181,8 @@ class SceneApplication(Application):
         self.cache_nnps = True
         self.ledger = None
         self.prepared = None
+        self.resumed = None
+        self.began = perf_counter(), 0
 
     def create_scheme(self):
         return self.make_scheme(self.parameters)
@@ -228,12 +285,14 @@ class SceneApplication(Application):
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
-        restart = self.options.restart_file
+        restart, self.options.restart_file = self.options.restart_file, None  # we fill our own arrays from it
         if restart is not None and not os.path.isfile(restart):
             raise FileNotFoundError(f"--restart-file: no file {restart}")
-        if self.options.post_process is None and restart is None:
+        if self.options.post_process is None:
             self._configure_global_config()
             self._prepare()
+            if restart is not None:
+                self.resumed = Resumed(restart, self.prepared)
         self.options.quiet = True  # progress and messages are ours
         super().setup(argv=None)
 
@@ -244,9 +303,18 @@ class SceneApplication(Application):
     def create_tools(self):
         self.ledger = Ledger(self.scheme, every=self.options.results_every,
                              path=None if self.options.disable_output else Path(self.output_dir) / "results.npz")
+        tools = self.scheme.tools()
+        if self.resumed is not None:
+            self.resumed.apply(self.solver, self.ledger, tools)
         self.ledger.begin(self.scheme.arrays)
+        self.solver.before_output = self.save
         self.progress = Progress(self.solver, self.title)
-        return [*self.scheme.tools(), self.ledger, self.progress]
+        return [*tools, self.ledger, self.progress]
+
+    def save(self, completed=False):
+        """Write the results so far: before each particle file, so that a run can go on from any of these."""
+        self.ledger.save()
+        self.write_run_json(completed=completed)
 
     def _remove_earlier_output(self):
         """Take away what an earlier run of this scene left in the folder, so that outputs do not mix."""
@@ -269,9 +337,9 @@ class SceneApplication(Application):
             return
         self.setup()
         self.print_header(console)
-        if self.options.restart_file is None and not self.options.disable_output:
+        if self.resumed is None and not self.options.disable_output:
             self._remove_earlier_output()
-        self.write_run_json(completed=False)
+        self.began = perf_counter(), self.solver.count
         try:
             with self.progress.bar:
                 self.solve()
@@ -280,8 +348,7 @@ class SceneApplication(Application):
             console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written")
             self.solver.dump_output()
             completed = False
-        self.ledger.save()
-        self.write_run_json(completed=completed)
+        self.save(completed=completed)
         if completed:
             self.finish(console)
 
@@ -339,6 +406,8 @@ class SceneApplication(Application):
             "completed": completed,
             "versions": {"python": platform.python_version(), **versions},
             "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
+            "processor": _processor(),
+            "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
             "backend": backend,
             "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
@@ -355,8 +424,19 @@ class SceneApplication(Application):
                         for slot, effect in scheme.effects.items()},
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},
             "wall_time": {"unit": "s", **scheme.integrator.wall_time},
+            "timed": {"steps": self.solver.count - self.began[1], "seconds": perf_counter() - self.began[0]},
             "departures": self.departures,
         })
+
+
+def _processor():
+    """Model of the processor, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")),
+                platform.processor())
 
 
 def _installed(name):

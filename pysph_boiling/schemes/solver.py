@@ -36,7 +36,14 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None):
 
 
 class StagedSolver(Solver):
-    """PySPH's solver with its modules built side by side."""
+    """PySPH's solver with its modules built side by side; ``before_output`` is called before each particle file."""
+
+    before_output = None
+
+    def dump_output(self):
+        if self.before_output is not None:
+            self.before_output()
+        super().dump_output()
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if not self.in_parallel:

@@ -103,7 +103,7 @@ def effects_of(row, upper):
     if row["loss"]:
         effects.update(loss=AmbientLoss(coefficient=100.0), source=HeatSource(density=1e4))
     if row["burst"]:
-        effects["burst"] = DynamicNucleation(superheat_limit=60.0)
+        effects["burst"] = DynamicNucleation(superheat_limit=30.0)
     if row["condensation"]:
         effects["condensation"] = Condensation(form=row["condensation"])
     if row["pooling"]:
