@@ -55,6 +55,8 @@ class Stepper:
     def step(self, n=1):
         for _ in range(n):
             self.solver.t = self.t
+            for tool in self.tools:
+                tool.pre_step(self.solver)
             self.solver.integrator.step(self.t, self.dt)
             for tool in self.tools:
                 tool.post_step(self.solver)
