@@ -6,6 +6,7 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 INIT = (HERE / "pysph_boiling" / "__init__.py").read_text(encoding="utf-8")
+VIEW = ["pyvista", "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 
 setup(
     name="pysph_boiling",
@@ -20,10 +21,10 @@ setup(
     python_requires=">=3.10",
     install_requires=["pysph", "cyarray", "numpy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "scipy", "hypothesis"],
+        "test": ["pytest", "scipy", "hypothesis", *VIEW],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": ["pyopencl", "numpy<2.4"],  # numpy 2.4 breaks PySPH's device helper
-        "view": ["pyvista", "pysplashsurf", "imageio"],
+        "view": VIEW,
         "docs": ["sphinx"],
     },
     entry_points={"console_scripts": ["pysph-boiling = pysph_boiling.cli:main"]},

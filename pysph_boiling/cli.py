@@ -5,6 +5,7 @@ import os
 import pkgutil
 import sys
 import warnings
+from functools import partial
 
 __all__ = ["main", "scene_class", "scenes"]
 
@@ -50,18 +51,38 @@ def list_scenes():
 
 
 def render(arguments):
-    """Draw the pictures of a finished run again."""
-    from pysph_boiling.analysis.rendering import contact_sheet, render_run
+    """Draw the pictures of a finished run again, make a movie of them, or write files for ParaView."""
+    from rich.progress import track
+
+    from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
 
     parser = argparse.ArgumentParser(prog="pysph-boiling render")
     parser.add_argument("directory", help="output folder of a run")
-    parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density")
-    parser.add_argument("--view", default=None, choices=("slice", "3d"))
-    parser.add_argument("--every", type=int, default=1, help="draw every n-th output")
+    parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density; "
+                        "in the surface view: bubble")
+    parser.add_argument("--view", default=None, choices=("slice", "3d", "surface"),
+                        help="surface: rendered water, 3-D only, needs the extra 'view'. Default slice")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="take every N-th output")
+    made = parser.add_mutually_exclusive_group()
+    made.add_argument("--movie", default=None, choices=("gif", "mp4"), help="make a movie of the pictures too")
+    made.add_argument("--paraview", action="store_true", help="write VTK files for ParaView instead of pictures")
+    parser.add_argument("--fps", type=float, default=15.0, help="pictures a second of the movie; default 15")
     options = parser.parse_args(arguments)
-    frames = render_run(options.directory, colour=options.colour, view=options.view, every=options.every)
-    contact_sheet(frames, os.path.join(options.directory, "frames.png"))
-    print(f"{len(frames)} pictures in {os.path.join(options.directory, 'frames')}, and frames.png")
+    if options.every < 1:
+        raise ValueError(f"--every must be 1 or more, got {options.every}")
+    folder = options.directory
+    if options.paraview:
+        made = write_paraview(folder, every=options.every, track=partial(track, description="writing"))
+        print(f"ParaView files: open {', '.join(map(str, made))}")
+        return
+    frames = render_run(folder, colour=options.colour, view=options.view, every=options.every,
+                        track=partial(track, description="drawing"))
+    contact_sheet(frames, os.path.join(folder, "frames.png"))
+    print(f"{len(frames)} pictures in {os.path.join(folder, 'frames')}, and frames.png")
+    if options.movie:
+        from pysph_boiling.analysis.movie import write_movie
+
+        print(f"movie: {write_movie(frames, os.path.join(folder, f'movie.{options.movie}'), fps=options.fps)}")
 
 
 def run(arguments):
@@ -115,9 +136,11 @@ def main(argv=None):
         print(f"pysph-boiling: {error}", file=sys.stderr)
         return 2
     except ModuleNotFoundError as error:
-        if error.name not in ("pyopencl", "pycuda"):
+        if error.name in ("pyopencl", "pycuda"):
+            error = f"this backend needs the package '{error.name}', which is not installed"
+        elif "pip install" not in str(error):
             raise
-        print(f"pysph-boiling: this backend needs the package '{error.name}', which is not installed", file=sys.stderr)
+        print(f"pysph-boiling: {error}", file=sys.stderr)
         return 2
     except AssertionError as error:
         print(f"pysph-boiling: the final check failed: {error}", file=sys.stderr)

@@ -1,4 +1,8 @@
-"""Pictures of particles: one scene, the frames of a run, a sheet of frames. matplotlib is imported where it draws."""
+"""Pictures of particles: one scene, the frames of a run, a sheet of frames; and files for ParaView.
+
+matplotlib is imported where it draws.
+"""
+import importlib
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,7 +12,7 @@ import numpy as np
 from pysph_boiling.phases import Phase
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "load_output",
-           "render_run"]
+           "needed", "render_run", "write_paraview"]
 
 # Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
 PHASE_COLOURS = {
@@ -102,7 +106,7 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
     return Path(path)
 
 
-def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y"):
+def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y", size=(1280, 960), track=iter):
     """Draw a run's output files as ``frame_00000.png``, ``frame_00001.png``, ...; returns their paths.
 
     ``output_dir`` holds the files of a PySPH run (hdf5 or npz) and, if it is one of ours, ``run.json``, whose ``dim``,
@@ -110,38 +114,70 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     drawn into ``out`` (default ``<output_dir>/frames``), whose older frames are deleted. View and colour scale are
     the same in all frames: they come from the first, middle and last.
 
-    Errors: ``FileNotFoundError`` where the folder holds no output.
-    """
-    from pysph.solver.utils import get_files
+    ``view`` is one of :func:`draw_scene`, or "surface": :func:`~pysph_boiling.analysis.surface.draw_surface`, pictures
+    of ``size`` pixels. ``track`` wraps the list of files, to show progress.
 
-    files = get_files(str(output_dir))[:: int(every)]
-    if not files:
-        raise FileNotFoundError(f"no PySPH output (hdf5 or npz) in {output_dir}")
+    Errors: ``FileNotFoundError`` where the folder holds no output; those of the function that draws.
+    """
+    files = _output_files(output_dir, every)
     record = Path(output_dir) / "run.json"
     run = json.loads(record.read_text()) if record.exists() else {}
     samples = [_sort_arrays(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
     dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
     spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
-    view = view or "slice"
-    colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
     extents = np.array([_bounds(scene, spacing, dim) for scene in samples])
-    bounds = np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)])
-    limits = None
-    if colour in SCALES:
-        ends = np.array([_limits(scene.fluid, colour) for scene in samples])
-        limits = ends[:, 0].min(), ends[:, 1].max()
+    options = dict(dim=dim, spacing=spacing, title=str(run.get("scene", "")).replace("_", " "),
+                   bounds=np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)]))
+    if view == "surface":
+        from pysph_boiling.analysis.surface import check_surface, draw_surface
+
+        check_surface(dim, colour)
+        draw, options = draw_surface, {**options, "colour": colour, "size": size}
+    else:
+        view = view or "slice"
+        colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
+        ends = np.array([_limits(scene.fluid, colour) for scene in samples]) if colour in SCALES else None
+        draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
+                                     "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
 
     folder = Path(out) if out is not None else Path(output_dir) / "frames"
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("frame_[0-9][0-9][0-9][0-9][0-9].png"):
         old.unlink()
     paths = []
-    for number, file in enumerate(files):
+    for number, file in enumerate(track(files)):
         arrays, t = load_output(file)
-        paths.append(draw_scene(
-            arrays, folder / f"frame_{number:05d}.png", dim=dim, spacing=spacing, t=t, colour=colour, view=view,
-            slice_axis=slice_axis, title=str(run.get("scene", "")).replace("_", " "), bounds=bounds, limits=limits))
+        paths.append(draw(arrays, folder / f"frame_{number:05d}.png", t=t, **options))
     return paths
+
+
+def write_paraview(output_dir, *, every=1, out=None, track=iter):
+    """Write a run for ParaView by PySPH's own ``dump_vtk``; returns the collections to open, one for each array.
+
+    Every array of every ``every``-th output becomes a ``.vtu`` in ``out`` (default ``<output_dir>/paraview``), with all
+    properties that the output holds and the vector ``velocity``. ``<array>.pvd`` lists them with their times [s].
+
+    Errors: ``FileNotFoundError`` where the folder holds no output, ``ModuleNotFoundError`` without pyvisfile.
+    """
+    needed("pyvisfile")  # dump_vtk's lighter writer; with mayavi it would do as well, but that needs a display
+    from pysph.solver.vtk_output import dump_vtk
+
+    files = _output_files(output_dir, every)
+    folder = Path(out) if out is not None else Path(output_dir) / "paraview"
+    folder.mkdir(parents=True, exist_ok=True)
+    entries = {}
+    for number, file in enumerate(track(files)):
+        arrays, t = load_output(file)
+        scene = Path(file).stem.rsplit("_", 1)[0]
+        for name, pa in arrays.items():
+            vectors = {"velocity": ["u", "v", "w"]} if _has([pa], "u", "v", "w") else {}
+            dump_vtk(str(folder / f"{scene}_{number:05d}"), [pa], **vectors)
+            entries.setdefault(name, []).append(
+                f'    <DataSet timestep="{t:.9g}" file="{scene}_{name}_{number:05d}.vtu"/>\n')
+    for name, lines in entries.items():
+        (folder / f"{name}.pvd").write_text(
+            f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(lines)}  </Collection>\n</VTKFile>\n')
+    return [folder / f"{name}.pvd" for name in entries]
 
 
 def contact_sheet(paths, path, columns=3, count=9, width=2400):
@@ -187,6 +223,23 @@ def bubble_colours(labels):
 
 
 # What is in the scene
+
+def needed(name):
+    """The module ``name`` of the extra "view"; ``ModuleNotFoundError`` says how to install it."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[view]"', name=name) from error
+
+
+def _output_files(output_dir, every):
+    from pysph.solver.utils import get_files
+
+    files = get_files(str(output_dir))[:: int(every)]
+    if not files:
+        raise FileNotFoundError(f"no PySPH output (hdf5 or npz) in {output_dir}")
+    return files
+
 
 def load_output(file):
     """Arrays and time [s] of an output file, without the properties that it only names (they would read as zero)."""

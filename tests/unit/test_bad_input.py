@@ -12,8 +12,8 @@ DX = 0.01
 COMMANDS = [
     ("", "usage: pysph-boiling COMMAND"),
     ("frobnicate", "no command 'frobnicate'"),
-    ("run", "which scene? One of: dam_break"),
-    ("run nowhere", "no scene 'nowhere'; there are: dam_break"),
+    ("run", "which scene? One of: bubble_"),
+    ("run nowhere", "no scene 'nowhere'; there are: bubble_"),
     ("render nowhere", "nowhere"),
     # a scene's own parameters
     ("run dam_break --spacing -1", "scene.spacing must be > 0.0 m, got -1.0 m"),

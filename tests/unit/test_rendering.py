@@ -15,6 +15,7 @@ from pysph_boiling.analysis.rendering import (
     draw_scene,
     render_run,
 )
+from pysph_boiling.cli import main
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase
 
@@ -223,6 +224,18 @@ def test_render_run_does_not_read_what_was_not_written(run_folder, tmp_path):
         render_run(run_folder, colour="temperature")
     with pytest.raises(FileNotFoundError, match="no PySPH output"):
         render_run(tmp_path)
+
+
+def test_command_draws_and_makes_a_movie(run_folder, capsys):
+    from PIL import Image
+
+    assert main(["render", str(run_folder), "--every", "2", "--movie", "gif", "--fps", "10"]) == 0
+    assert {p.name for p in run_folder.glob("*.*") if p.suffix != ".hdf5"} == {"drop.info", "frames.png", "movie.gif"}
+    with Image.open(run_folder / "movie.gif") as movie:
+        assert (movie.n_frames, movie.info["duration"]) == (3, 100)
+    assert "3 pictures" in capsys.readouterr().out
+    assert main(["render", str(run_folder), "--every", "0"]) == 2
+    assert "--every must be 1 or more" in capsys.readouterr().err
 
 
 def test_contact_sheet_takes_frames_evenly_and_in_order(tmp_path):

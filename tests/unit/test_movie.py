@@ -1,0 +1,100 @@
+"""Movies: every picture, in order, at its time."""
+import numpy as np
+import pytest
+from PIL import Image
+
+from pysph_boiling.analysis.movie import GIF_WIDTH, write_movie
+
+
+@pytest.fixture
+def pictures(tmp_path):
+    """Nine pictures (101 wide, 75 high): a dark bar moves over a gradient, from left to right."""
+    paths = []
+    for i in range(9):
+        pixels = np.zeros((75, 101, 3), np.uint8)
+        pixels[..., 2] = np.linspace(120, 250, 75)[:, None]
+        pixels[..., 1] = 200
+        pixels[:, 10 * i:10 * i + 20] = 20
+        paths.append(tmp_path / f"p{i}.png")
+        Image.fromarray(pixels).save(paths[-1])
+    return paths
+
+
+def assert_bar_moves(frames, step):
+    """The dark columns of the frames (h, w, 3) are those of the pictures, in order."""
+    for i, frame in enumerate(frames):
+        dark = np.nonzero(np.asarray(frame, dtype=float)[..., 1].mean(axis=0) < 100)[0]
+        assert (dark.min(), dark.max()) == pytest.approx((10 * step * i, (10 * i + 19) * step), abs=max(1.5, 2 * step))
+
+
+@pytest.mark.parametrize("fps", [15, 4])
+def test_gif(pictures, tmp_path, fps):
+    path = write_movie(pictures, tmp_path / "m.gif", fps=fps)
+    with Image.open(path) as movie:
+        assert (movie.n_frames, movie.size, movie.info["loop"]) == (9, (101, 75), 0)
+        frames, times = [], []
+        for i in range(movie.n_frames):
+            movie.seek(i)
+            frames.append(np.asarray(movie.convert("RGB")))
+            times.append(movie.info["duration"])
+    assert sum(times) == pytest.approx(9000 / fps, abs=5)  # [ms]
+    assert_bar_moves(frames, 1.0)
+    background = np.asarray(Image.open(pictures[0]).convert("RGB"))[:, 60:].astype(float)
+    assert np.abs(frames[0][:, 60:] - background).mean() < 3.0
+
+
+def test_gif_is_small_and_has_one_palette(pictures, tmp_path):
+    wide = []
+    for picture in pictures[:3]:
+        wide.append(tmp_path / f"wide_{picture.name}")
+        Image.open(picture).resize((1010, 750)).save(wide[-1])
+    path = write_movie(wide, tmp_path / "m.gif")
+    with Image.open(path) as movie:
+        assert movie.size == (GIF_WIDTH, round(GIF_WIDTH * 750 / 1010))
+        frames = []
+        for i in range(3):
+            movie.seek(i)
+            frames.append(np.asarray(movie.convert("RGB")))
+    assert_bar_moves(frames, GIF_WIDTH / 101)
+    colours = [set((frame.astype(int) @ [1, 256, 65536]).ravel()) for frame in frames]
+    assert len(colours[0]) > 50 and len(set.union(*colours)) <= 256
+
+
+def test_mp4(pictures, tmp_path):
+    import imageio_ffmpeg
+
+    path = write_movie(pictures, tmp_path / "m.MP4", fps=12)
+    reader = imageio_ffmpeg.read_frames(str(path))
+    meta = next(reader)
+    assert (meta["codec"], meta["fps"]) == ("h264", 12.0)
+    assert meta["pix_fmt"].startswith("yuv420p")
+    assert meta["size"] == (102, 76)  # even, as yuv420p asks; the last column and row are repeated
+    frames = [np.frombuffer(data, np.uint8).reshape(76, 102, 3) for data in reader]
+    assert len(frames) == 9
+    assert_bar_moves(frames, 1.0)
+    assert np.abs(frames[0][:, 60:].astype(float)[:75, :41] - np.asarray(Image.open(pictures[0]))[:, 60:]).mean() < 6.0
+    assert path.read_bytes().find(b"moov") < path.read_bytes().find(b"mdat")  # plays while it loads
+
+
+def test_bad_requests_are_named(pictures, tmp_path):
+    other = tmp_path / "other.png"
+    Image.new("RGB", (50, 50)).save(other)
+    for paths, name, options, message in (
+            (pictures, "m.avi", {}, "a .gif or an .mp4"), ([], "m.gif", {}, "at least one picture"),
+            ([*pictures, other], "m.mp4", {}, r"one size; got 101 x 75 \(p0.png\), 50 x 50 \(other.png\)"),
+            (pictures, "m.mp4", {"fps": 0}, "fps must be > 0")):
+        with pytest.raises(ValueError, match=message):
+            write_movie(paths, tmp_path / name, **options)
+        assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_a_movie_that_fails_leaves_the_earlier_one(pictures, tmp_path, suffix):
+    path = tmp_path / f"m{suffix}"
+    write_movie(pictures[:2], path)
+    before = path.read_bytes()
+    pictures[5].write_bytes(pictures[5].read_bytes()[:150])  # its size can still be read
+    with pytest.raises(OSError):
+        write_movie(pictures, path)
+    assert path.read_bytes() == before
+    assert {p.name for p in tmp_path.iterdir()} == {path.name, *(p.name for p in pictures)}
