@@ -3,6 +3,8 @@
 All kernels sit in one compiled module; a group runs when its name is asked for. Random clouds of unequal masses,
 densities and conductivities beside random wall particles, some of them heated.
 """
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from compiled.test_density_constraint import Kernels, close, pairs, vectors
@@ -12,6 +14,7 @@ from pysph.base.nnps import DomainManager
 from sets import scheme
 
 from pysph_boiling.equations import heat
+from pysph_boiling.examples.heated_slab import HeatedSlab
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import AmbientLoss, HeatConduction, Heater
 
@@ -230,6 +233,9 @@ def test_heater_flux_is_delivered_exactly_and_to_the_liquid_if_there_is_any(kern
     assert HEAT_DT * np.sum(fluid.m * fluid.ae) == pytest.approx(POWER * HEAT_DT, rel=1e-13)
     assert np.sum(fluid.q_heater) == pytest.approx(POWER * HEAT_DT, rel=1e-13)
     assert fluid.energy_undelivered[0] == 0.0
+    fluid.heater_on[0], fluid.ae[:] = 0.0, 0.0
+    kernels.run("weights", "flux")
+    np.testing.assert_array_equal(fluid.ae, 0.0)
 
 
 def test_heater_with_nothing_in_reach_books_its_energy_as_undelivered(kernels):
@@ -240,6 +246,56 @@ def test_heater_with_nothing_in_reach_books_its_energy_as_undelivered(kernels):
         kernels.run("weights", "flux")
     assert np.all(fluid.ae == 0.0) and np.all(fluid.q_heater == 0.0)
     assert fluid.energy_undelivered[0] == pytest.approx(2.0 * POWER * HEAT_DT, rel=1e-15)
+
+
+@pytest.mark.parametrize(("name", "form"), [("slab", dict(temperature=353.15)), ("exchange", dict(flux=1e4))])
+def test_switch_turns_the_heater_off_before_the_step_that_starts_then(name, form):
+    fluid, wall, spacing = cloud(2)
+    never, until = (scheme(name, dim=2, spacing=spacing, changes=dict(heater=Heater(**form, until=until)))
+                    for until in (None, 0.3))
+    assert never.tools() == []
+    until.setup_properties([fluid, wall])
+    until.arrays.append(fluid)  # as the solver does
+    (switch,), solver, seen = until.tools(), SimpleNamespace(t=0.0, dt=0.1), []
+    for _ in range(5):  # the third sum of 0.1 is above 0.3, the eighth below 0.8
+        switch.pre_step(solver)
+        seen.append(fluid.heater_on[0])
+        solver.t += solver.dt
+    assert seen == [1.0, 1.0, 1.0, 0.0, 0.0]
+    switch.until, solver.t = 0.8, sum([0.1] * 8)
+    switch.pre_step(solver)
+    assert fluid.heater_on[0] == 0.0
+    solver.t = 0.2  # resumed from an earlier moment
+    switch.pre_step(solver)
+    assert fluid.heater_on[0] == 1.0
+
+
+@pytest.fixture(scope="module")
+def slab_run(tmp_path_factory):
+    """A plate switched off at 10 s, or with other options: (results, folder)."""
+    def run(*options):
+        folder = tmp_path_factory.mktemp("slab")
+        app = HeatedSlab(output_dir=str(folder))
+        app.check_final = lambda: None
+        app.run(["--duration", "20", "--no-pictures", "--openmp", *options])
+        return app.ledger.table(), folder
+
+    return run
+
+
+def test_heater_that_is_off_exchanges_no_heat_also_in_a_resumed_run(slab_run):
+    always, _ = slab_run()
+    table, folder = slab_run("--heater.until", "10")
+    on = table["t"] < 10.5
+    assert 5 < np.count_nonzero(on) < len(on) - 5
+    np.testing.assert_array_equal(table["energy_heater"][on], always["energy_heater"][on])
+    assert np.all(np.diff(table["energy_heater"][on]) > 0.0)
+    np.testing.assert_array_equal(table["energy_heater"][~on], table["energy_heater"][on][-1])
+    for file in ("heated_slab_00005.hdf5", "heated_slab_00015.hdf5"):  # with the heater on, and off
+        resumed, _ = slab_run("--heater.until", "10", "--restart-file", str(folder / file))
+        assert resumed["t"][-1] == pytest.approx(20.0)
+        assert resumed["energy_heater"][-1] == table["energy_heater"][-1]
+        assert resumed["T_mean"][-1] == table["T_mean"][-1]
 
 
 # --- loss and source --------------------------------------------------------------------------------------------------

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import heat
 from pysph_boiling.particles import Property
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
 from pysph_boiling.schemes.stages import Term
 
-__all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "heat_step_limit"]
+__all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
 
 
 def heat_step_limit(rho0, c, k, h):
@@ -96,6 +97,8 @@ class Heater(Effect):
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0)
     flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0)
+    until: float = param(None, "s", "when it is switched off: it exchanges no heat from then on; never if not given",
+                         low=0.0)
 
     def __post_init__(self):
         super().__post_init__()
@@ -153,6 +156,25 @@ class Heater(Effect):
             k_wet = scene.effects["heat"].k_wet(scene.material)
             yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_wet=k_wet))
             yield Term("heat.exchange", heat.HeatFlux(fluid, None))
+
+    def tools(self, scheme):
+        if self.until is not None:
+            yield HeaterSwitch(self, scheme)
+
+
+class HeaterSwitch(Tool):
+    """Switches the heater off for every step that starts at ``until`` or later; decided anew before each step."""
+
+    def __init__(self, effect, scheme):
+        self.until, self.scheme = effect.until, scheme
+
+    def pre_step(self, solver):
+        from pysph_boiling.schemes.integrator import set_constant
+
+        on = float(solver.t < self.until - 1e-6 * solver.dt)  # the time is a sum of steps, with their round-off
+        for pa in self.scheme.arrays:
+            if pa.heater_on[0] != on:
+                set_constant(pa, "heater_on", on)
 
 
 @dataclass(frozen=True, kw_only=True)
