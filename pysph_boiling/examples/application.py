@@ -25,6 +25,7 @@ from pysph.solver.utils import load
 
 from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
 from pysph_boiling.schemes.effects import check_parameters, param
+from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 
 __all__ = ["SceneApplication", "SceneParameters"]
@@ -106,10 +107,11 @@ class Resumed:
         if (self.folder / "results.npz").exists():
             ledger.resume(load_results(self.folder), early)
         record = self.folder / "run.json"
-        events = json.loads(record.read_text())["departures"] if record.exists() else []
+        events = json.loads(record.read_text()) if record.exists() else {}
         for tool in tools:
-            if isinstance(tool, Departures):
-                tool.events = [tuple(event) for event in events if event[0] <= early]
+            name = {Departures: "departures", VentingTool: "vents"}.get(type(tool))
+            if name:
+                tool.events = [tuple(event) for event in events.get(name, ()) if event[0] <= early]
 
 
 class SceneApplication(Application):
@@ -148,6 +150,14 @@ class SceneApplication(Application):
     def check_final(self):
         """Assert what the scene must show; raise ``AssertionError`` with the figure that fails."""
 
+    def check_ledger(self):
+        """Assert that every number of the results is finite, and that energy and mass close in every row."""
+        results = self.ledger.table()
+        assert all(np.all(np.isfinite(column)) for column in results.values()), "the results hold NaN or Inf"
+        worst = np.max(np.abs(results["energy_residual"]))
+        assert worst <= 1e-10, f"energy residual {worst:.1e}"
+        assert np.all(results["mass_residual"] == 0.0), "mass is not exact"
+
     def draw(self):
         """Pictures of the finished run; returns the paths."""
         from pysph_boiling.analysis.plots import plot_history
@@ -170,6 +180,19 @@ class SceneApplication(Application):
         from pysph_boiling.analysis.bubbles import Departures
 
         return [event for tool in self.tools if isinstance(tool, Departures) for event in tool.events]
+
+    @property
+    def vents(self):
+        """Bubbles that left through the surface: list of (time [s], particles); empty in a scene without venting."""
+        return [event for tool in self.tools if isinstance(tool, VentingTool) for event in tool.events]
+
+    def resolve(self, arguments):
+        """Text of every parameter that command-line arguments lead to, those of the effects too; runs nothing."""
+        self.set_args(list(arguments))
+        self._parse_command_line(force=True)
+        self.consume_user_options()
+        self.configure_scheme()
+        return "\n".join(map(repr, (self.parameters, *self.scheme.effects.values())))
 
     # --- PySPH's Application protocol ---------------------------------------------------------------------------------
 
@@ -426,6 +449,7 @@ class SceneApplication(Application):
             "wall_time": {"unit": "s", **scheme.integrator.wall_time},
             "timed": {"steps": self.solver.count - self.began[1], "seconds": perf_counter() - self.began[0]},
             "departures": self.departures,
+            "vents": self.vents,
         })
 
 

@@ -1,14 +1,30 @@
 """The command ``pysph-boiling reproduce``."""
 import argparse
 import os
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, figures
-from pysph_boiling.reproduce.page import write_page
+from pysph_boiling.reproduce.page import origin, write_page
 from pysph_boiling.reproduce.runs import perform
 
 __all__ = ["reproduce"]
+
+
+def make(key, results, root, quick):
+    """Draw and measure one figure into its folder; returns a line that sums it up."""
+    figure, folder = figures()[key](), root / key
+    folder.mkdir(exist_ok=True)
+    own = figure.runs(quick)
+    section = figure.make({run.name: results[run.name] for run in own}, folder, quick)
+    section.commands = [run.command for run in own]
+    section.origins = [origin(results[run.name].record) for run in own]
+    section.save(folder)
+    told = [statement.agrees for statement in section.statements]
+    return f"{key}: {section.title}: {told.count(True)} of {len(told)} statements agree"
 
 
 def reproduce(arguments):
@@ -44,15 +60,12 @@ def reproduce(arguments):
     root = Path(options.directory or ("reproduce_quick" if options.quick else "reproduce"))
     root.mkdir(parents=True, exist_ok=True)
     results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
-    for key, figure in asked.items():
-        folder = root / key
-        folder.mkdir(exist_ok=True)
-        own = figure.runs(options.quick)
-        section = figure.make({run.name: results[run.name] for run in own}, folder, options.quick)
-        section.commands = [run.command for run in own]
-        section.save(folder)
-        told = [statement.agrees for statement in section.statements]
-        console.print(f"{key}: {section.title}: {told.count(True)} of {len(told)} statements agree")
+    first = [key for key, figure in asked.items() if not figure.reads_others]
+    with ProcessPoolExecutor(options.jobs or os.cpu_count(), mp_context=get_context("fork")) as pool:
+        for line in pool.map(partial(make, results=results, root=root, quick=options.quick), first):
+            console.print(line)
+    for key in asked.keys() - set(first):
+        console.print(make(key, results, root, options.quick))
     sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
     page = write_page(sections, root, quick=options.quick)
     if options.json:

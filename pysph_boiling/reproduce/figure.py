@@ -26,6 +26,10 @@ class Statement:
     agrees: bool | None
     why: str = ""
 
+    def __post_init__(self):
+        if self.agrees is not None:  # NumPy's truth is not JSON's
+            object.__setattr__(self, "agrees", bool(self.agrees))
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -46,7 +50,11 @@ class Table:
 
 @dataclass
 class Section:
-    """All that the page shows of one figure. ``data`` names the CSV and npz files with the numbers behind it."""
+    """All that the page shows of one figure.
+
+    ``data`` names the CSV and npz files with the numbers behind it; ``commands`` are those of its runs and ``origins``
+    where they were made, see :func:`pysph_boiling.reproduce.page.origin`.
+    """
 
     key: str
     title: str
@@ -56,6 +64,7 @@ class Section:
     data: list = field(default_factory=list)
     text: str = ""
     commands: list = field(default_factory=list)
+    origins: list = field(default_factory=list)
 
     def save(self, folder):
         """Write the section as ``section.json``, from which the page is made."""
@@ -79,6 +88,7 @@ class Figure:
 
     key = ""
     title = ""
+    reads_others = False  # whether it reads the sections of other figures, and so comes after them
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)

@@ -113,7 +113,7 @@ def test_particles_count_as_free_only_after_some_steps(steps):
 def test_departures_are_recorded(pool):
     pool.free(big=1, small=4)
     pool.vent(t=2.0)
-    assert pool.tool.departures == [(2.001, 20), (2.001, 4)]
+    assert pool.tool.events == [(2.001, 20), (2.001, 4)]
     assert pool.pa.n_vented[0] == 24 and pool.pa.n_bubbles_vented[0] == 2
     assert pool.row()["n_vented"] == 24 and pool.row()["n_bubbles_vented"] == 2
 

@@ -27,7 +27,8 @@ def test_resumed_run_equals_uninterrupted(whole, tmp_path, monkeypatch):
     cut = len(files) // 2
     for file in files[:cut + 1]:
         shutil.copy(file, tmp_path)
-    for name in ("results.npz", "run.json", "steady_boiling.info"):  # the table and the events reach beyond the file that the run goes on from
+    # the table and the events reach beyond the file that the run goes on from
+    for name in ("results.npz", "run.json", "steady_boiling.info"):
         shutil.copy(whole / name, tmp_path)
     monkeypatch.setattr(SteadyBoiling, "check_final", lambda self: None)
     SteadyBoiling().run([*SMALL, "--directory", str(tmp_path), "--restart-file", get_files(str(tmp_path))[-1]])

@@ -83,7 +83,7 @@ class VentingTool(Tool):
         self.material = scheme.material
         feed = self.material.T_sat if effect.T_feed is None else effect.T_feed
         self.e_feed = float(enthalpy(feed, self.material))
-        self.departures = []  # (time [s], particles in the bubble)
+        self.events = []  # (time [s], particles in the bubble)
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
@@ -99,7 +99,7 @@ class VentingTool(Tool):
         gone = np.zeros(len(label), bool)
         gone[bubble] = leaving[index]
         sizes = size[leaving]
-        self.departures += [(solver.t + solver.dt, int(n)) for n in sizes]
+        self.events += [(solver.t + solver.dt, int(n)) for n in sizes]
         first = 0
         for number, pa in enumerate(arrays):
             n = pa.get_number_of_particles(True)

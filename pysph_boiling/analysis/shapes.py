@@ -1,0 +1,191 @@
+"""Size, place and shape of bubbles over time, from the particle files of a run; and what is read off such a history."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from pysph_boiling.analysis.rendering import load_output
+from pysph_boiling.phases import Phase
+
+__all__ = ["PIECE", "Event", "Shape", "lasting", "mendelson", "merger", "pulsation", "rise_speed", "shapes", "split",
+           "track"]
+
+PIECE = {2: 4, 3: 8}  # particles from which vapour counts as a bubble of its own; what is less is a splash
+LASTS = 0.05  # [s] that bubbles must stay merged or apart
+SEMI_AXIS = {2: 4.0, 3: 5.0}  # squared semi-axis of a full ellipse or ellipsoid over the variance along it
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One bubble at one moment. Lengths in m, volumes in m^dim (in 2-D areas).
+
+    ``label`` smallest uid; ``n`` particles; ``volume`` rest volume of its vapour; ``centroid`` (3,); ``mean_radius``
+    mean distance from the centroid (the paper, eq. 24); ``width``, ``height`` horizontal and vertical axis of the
+    ellipse or ellipsoid of the same second moments, and ``occupied`` its volume: it swells and shrinks with the
+    bubble, but not where the bubble only flattens.
+    """
+
+    label: int
+    n: int
+    volume: float
+    centroid: np.ndarray
+    mean_radius: float
+    width: float
+    height: float
+    occupied: float
+
+    @property
+    def aspect(self):
+        """Width over height [-]: above 1 a bubble is flat."""
+        return self.width / self.height if self.height > 0.0 else np.nan
+
+
+def shapes(fluid, dim, rho0):
+    """The :class:`Shape` of every bubble of a fluid array with labels, largest first.
+
+    ``fluid`` has ``x, y, z`` [m], ``m`` [kg], ``phase``, ``bubble`` and, where vapour swells, ``swell``; ``rho0`` is
+    the density of the liquid [kg/m^3]. Limits: not across a periodic border.
+    """
+    vapour = np.flatnonzero(fluid.phase == Phase.VAPOUR)
+    volume = fluid.m[vapour] / rho0
+    if "swell" in fluid.properties:
+        volume = volume * fluid.swell[vapour]
+    place = np.stack([fluid.x, fluid.y, fluid.z], -1)[vapour]
+    found = []
+    for label in np.unique(fluid.bubble[vapour]):
+        own = fluid.bubble[vapour] == label
+        centroid = place[own].mean(axis=0)
+        arm = place[own] - centroid
+        moments = SEMI_AXIS[dim] * (arm.T @ arm)[:dim, :dim] / len(arm)
+        width, height = np.sqrt(np.trace(moments[:-1, :-1]) / (dim - 1)), np.sqrt(moments[-1, -1])
+        ball = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
+        found.append(Shape(
+            int(label), int(own.sum()), float(volume[own].sum()), centroid, float(np.linalg.norm(arm, axis=1).mean()),
+            2.0 * float(width), 2.0 * float(height), ball * float(np.sqrt(max(np.linalg.det(moments), 0.0)))))
+    return sorted(found, key=lambda shape: (-shape.n, shape.label))
+
+
+def track(files, dim, rho0):
+    """History of the bubbles of a run, one row for each of its particle ``files`` that holds vapour.
+
+    Returns column -> array (rows,): ``t`` [s]; ``bubbles`` of at least ``PIECE`` particles, and the particles in them,
+    ``whole``; ``n`` and ``volume`` [m^dim] of all vapour; ``n1``, ``volume1`` and so on of the largest bubble (``x1``,
+    ``height1``: its centroid [m]; ``mean_radius1``, ``width1``, ``tall1`` [m]; ``occupied1`` [m^dim]; ``aspect1``);
+    ``n2``, ``x2`` and ``height2`` of the second largest, NaN where there is none.
+    """
+    rows = []
+    for file in files:
+        arrays, t = load_output(file)
+        found = shapes(arrays["fluid"], dim, rho0)
+        if not found:
+            continue
+        one, two = found[0], found[1] if len(found) > 1 else None
+        rows.append({
+            "t": t, "bubbles": sum(shape.n >= PIECE[dim] for shape in found),
+            "whole": sum(shape.n for shape in found if shape.n >= PIECE[dim]), "n": sum(shape.n for shape in found),
+            "volume": sum(shape.volume for shape in found), "n1": one.n, "volume1": one.volume,
+            "x1": one.centroid[0], "height1": one.centroid[dim - 1], "mean_radius1": one.mean_radius,
+            "width1": one.width, "tall1": one.height, "occupied1": one.occupied, "aspect1": one.aspect,
+            "n2": two.n if two else np.nan, "x2": two.centroid[0] if two else np.nan,
+            "height2": two.centroid[dim - 1] if two else np.nan})
+    return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
+
+
+def rise_speed(t, height, low, high):
+    """Slope [m/s] of a straight line through the ``height`` [m] over time ``t`` [s], between two heights [m].
+
+    NaN with fewer than three moments between them.
+    """
+    t, height = np.asarray(t), np.asarray(height)
+    between = (height >= low) & (height <= high)
+    return float(np.polyfit(t[between], height[between], 1)[0]) if np.count_nonzero(between) >= 3 else np.nan
+
+
+def mendelson(radius, g=9.81, sigma=0.0, rho=1.0):
+    """Speed [m/s] at which a bubble of equivalent ``radius`` [m] rises in much still liquid, sqrt(g R + sigma/(rho R)).
+
+    Source: H. D. Mendelson, AIChE J. 13, 1967. For large bubbles it is what Davies & Taylor measured in 1950, 0.71
+    sqrt(g d) with d = 2 R.   Limits   Bubbles of some millimetres and more in 3-D, far from walls.
+    """
+    return float(np.sqrt(g * radius + sigma / (rho * radius)))
+
+
+def pulsation(t, values, periods):
+    """(relative amplitude, period [s], share): the sine that fits ``values`` over time ``t`` [s] best.
+
+    A parabola is fitted along with it, so that growth is no pulsation; ``periods`` [s] are tried; ``share`` is the part
+    of the variance round the parabola that the sine explains [-]. NaN for fewer than eight values, or where they last
+    for less than a period and a half of every one that is tried.
+    """
+    t, values = np.asarray(t, dtype=float), np.asarray(values, dtype=float)
+    periods = [period for period in np.atleast_1d(periods) if len(t) > 7 and np.ptp(t) >= 1.5 * period]
+    if not periods:
+        return np.nan, np.nan, np.nan
+    s = (t - t.mean()) / np.ptp(t)
+    trend = np.stack([np.ones_like(s), s, s**2], -1)
+    best = None
+    around = np.sum((values - trend @ np.linalg.lstsq(trend, values, rcond=None)[0]) ** 2)
+    for period in periods:
+        angle = 2.0 * np.pi * t / period
+        design = np.column_stack([trend, np.cos(angle), np.sin(angle)])
+        solution = np.linalg.lstsq(design, values, rcond=None)[0]
+        left = np.sum((values - design @ solution) ** 2)
+        if best is None or left < best[0]:
+            best = left, float(np.hypot(*solution[3:])), float(period)
+    left, amplitude, period = best
+    return amplitude / float(values.mean()), period, 1.0 - float(left / around) if around > 0.0 else 0.0
+
+
+def lasting(t, holds, least):
+    """First time [s] from which ``holds`` (n,) is true for at least ``least`` [s]; NaN if it never is."""
+    t, holds = np.asarray(t), np.asarray(holds, dtype=bool)
+    begin = None
+    for moment, here in zip(t, holds):
+        if not here:
+            begin = None
+            continue
+        begin = moment if begin is None else begin
+        if moment - begin >= least * (1.0 - 1e-9):
+            return float(begin)
+    return np.nan
+
+
+@dataclass(frozen=True)
+class Event:
+    """Two bubbles become one, or one becomes several: ``t`` [s] of the first moment after it.
+
+    ``before`` and ``after`` are the particles of all bubbles of at least ``PIECE`` particles; ``smaller`` those of the
+    smaller of the two before a merger, or of the two largest daughters.
+    """
+
+    t: float
+    before: int
+    after: int
+    smaller: int
+
+    @property
+    def ratio(self):
+        """Volume after over volume before [-]."""
+        return self.after / self.before
+
+
+def merger(history):
+    """The :class:`Event` by which two bubbles became one for good, from :func:`track`; ``None`` if they did not."""
+    return _event(history, history["bubbles"] == 1, history["bubbles"] >= 2)
+
+
+def split(history):
+    """The :class:`Event` by which one bubble became two or more, from :func:`track`; ``None`` if it did not."""
+    return _event(history, history["bubbles"] >= 2, history["bubbles"] == 1)
+
+
+def _event(history, new, old):
+    """The change from ``old`` (n,) to ``new`` (n,) that lasts."""
+    t = history["t"]
+    begin = int(np.argmax(old)) if np.any(old) else len(t)
+    moment = lasting(t[begin:], new[begin:], LASTS)
+    if np.isnan(moment):
+        return None
+    after = int(np.searchsorted(t, moment))
+    before = int(np.flatnonzero(old[:after])[-1])
+    apart = before if history["bubbles"][before] >= 2 else after
+    return Event(float(moment), int(history["whole"][before]), int(history["whole"][after]), int(history["n2"][apart]))

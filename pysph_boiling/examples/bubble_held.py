@@ -1,0 +1,53 @@
+"""One bubble held in a pool: neutrally buoyant and at saturation, so that nothing but the oscillation moves it.
+
+Equations   those of bubble_rise; buoyancy just bears the bubble's weight (eq. 19; k_bubble = 0 here).
+Source      the oscillation constraint of "Physically Based Boiling Simulation with Thermally Driven Dynamic
+            Nucleation", section 4.3; its constants are varied for Table 3.
+Run time    a minute on one core (3-D, 2,880 particles); ``--flat`` seconds; and once 70 s to compile.
+Command     pysph-boiling run bubble_held
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from pysph_boiling.examples.bubble_rise import BubbleRise, BubbleRiseParameters
+from pysph_boiling.schemes.effects import Buoyancy, Venting, param
+
+
+@dataclass(frozen=True, kw_only=True)
+class BubbleHeldParameters(BubbleRiseParameters):
+    """A small box of water at saturation, with a bubble in it."""
+
+    duration: float = param(1.0, "s", "simulated time", above=0.0)
+
+    width: int = param(12, "-", "width and depth of the vessel, in spacings", low=8)
+    fill: int = param(20, "-", "height of the water, in spacings", low=12)
+    diameter: float = param(5.0, "-", "diameter of the bubble, in spacings", above=1.0)
+    height: float = param(8.0, "-", "height of its centre above the base, in spacings", above=0.0)
+    superheat: float = param(0.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
+
+
+class BubbleHeld(BubbleRise):
+    """See the module."""
+
+    Parameters = BubbleHeldParameters
+    title = "bubble held"
+    variants = {"flat": dict(dim=2, width=16, fill=14, height=7.0, duration=0.5)}
+
+    def make_scheme(self, p):
+        scheme = super().make_scheme(p)
+        scheme.set_effects(
+            buoyancy=Buoyancy(k_bubble=0.0),
+            venting=Venting(mode="lid", share=1.0, steps=50))  # a push can open a void in it, which is no free surface
+        return scheme
+
+    def check_bubbles(self, history):
+        begun = history["t"] >= 0.2 * self.parameters.duration  # the first push tears it, and it heals
+        whole = float(np.min((history["n1"] / history["n"])[begun]))
+        assert whole >= 0.9, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour"
+        kept = float(history["n"][-1] / history["n"][0])
+        assert kept >= 0.9, f"{kept:.0%} of the vapour are left: it must stay below the surface"
+
+
+if __name__ == "__main__":
+    BubbleHeld().run()

@@ -1,0 +1,66 @@
+"""Table 4: the cost of a frame, what is timed, and how verdicts of the figures make those of its key observations."""
+import pytest
+
+from pysph_boiling.reproduce import performance
+from pysph_boiling.reproduce.figure import Section, Statement
+from pysph_boiling.reproduce.performance import PAPER, TIMED, Performance, Scenario, cost, observations, observed, rates
+from pysph_boiling.reproduce.runs import Result
+
+
+def record(seconds, steps, **more):
+    return dict(timed=dict(seconds=seconds, steps=steps), dt=1.0 / 600.0, particles=dict(fluid=20000), threads=2,
+                processor="a processor", machine="a machine", wall_time=dict(unit="s", search=1.0, density=2.0)) | more
+
+
+def test_cost_of_a_frame():
+    one = cost(record(8.0, 40))
+    assert (one["steps"], one["step"], one["frame"]) == pytest.approx((20.0, 0.2, 4.0))
+
+
+def test_scenes_that_cost_about_the_same():
+    costs = {"a": cost(record(8.0, 40)), "b": cost(record(11.0, 40))}
+    assert [row.agrees for row in rates(costs, quick=False)] == [None, True]
+    costs["c"] = cost(record(13.0, 40))
+    assert [row.agrees for row in rates(costs, quick=False)] == [None, False]
+    assert [row.agrees for row in rates(costs, quick=True)] == [None, None]
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_every_scene_is_timed_alone_in_the_full_form_only(quick):
+    runs = Performance().runs(quick)
+    assert [run.scene for run in runs] == list(PAPER) == list(TIMED)
+    assert all(run.alone != quick for run in runs) and not any("--no-" in run.command for run in runs)
+
+
+@pytest.mark.parametrize("verdicts, agrees", [
+    ((True, True), True), ((True, False), False), ((None, False), False), ((True, None), None), ((None, None), None)])
+def test_key_observation_agrees_if_all_that_bears_on_it_does(tmp_path, monkeypatch, verdicts, agrees):
+    monkeypatch.setattr(performance, "PAPER", {"s": Scenario("S", "fig3", 1.0, "seen", ("first", "second"))})
+    rows = [Statement("the first", "1", verdicts[0], "a"), Statement("no matter", "0", False, "b"),
+            Statement("the second", "2", verdicts[1], "c")]
+    (tmp_path / "fig3").mkdir()
+    Section("fig3", "t", statements=rows).save(tmp_path / "fig3")
+    found = observed(tmp_path)
+    assert found["s"] == [rows[0], rows[2]]
+    made, = observations(found)
+    assert made.agrees is agrees and "measured for Fig. 3" in made.ours
+    assert made.why == " ".join(f"{row.why.upper()}." for row in found["s"] if row.agrees is not True)
+    assert [row[1] for row in performance.observation_table(found)[0].rows] == ["the first", "the second"]
+
+    Section("fig3", "t", statements=rows[:2]).save(tmp_path / "fig3")
+    with pytest.raises(ValueError, match="Fig. 3 should have one statement for each of"):
+        observed(tmp_path)
+
+
+def test_table_says_what_was_not_made_yet(tmp_path):
+    (tmp_path / "table4").mkdir()
+    figure = Performance()
+    results = {run.name: Result(run, tmp_path) for run in figure.runs(False)}
+    for result in results.values():
+        result.record = record(8.0, 40)
+    section = figure.make(results, tmp_path / "table4", quick=False)
+    assert [row.agrees for row in section.statements] == [None, True] + [None] * len(PAPER)
+    assert all("was not made yet" in row.ours for row in section.statements[2:])
+    assert len(section.tables) == 1 and section.tables[0].rows[0][1:7] == ("20000", "20", "200", "4.00", "0.25", "2")
+    assert "a processor (a machine)" in section.tables[0].caption
+    assert (tmp_path / "table4" / "stages.png").stat().st_size > 5000
