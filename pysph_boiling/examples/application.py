@@ -140,7 +140,7 @@ class SceneApplication(Application):
         """Set the initial state on arrays that have all their properties."""
 
     def start_temperature(self, parameters):
-        """Temperature [K] at the start, for ``--effects auto``; ``None`` in a scene without one."""
+        """Temperature [K] at the start, or (n,) of them, for ``--effects auto``; ``None`` in a scene without one."""
         return None
 
     def facts(self):

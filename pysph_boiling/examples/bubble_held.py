@@ -1,4 +1,4 @@
-"""One bubble held in a pool: neutrally buoyant and at saturation, so that nothing but the oscillation moves it.
+"""One bubble held in a pool: neutrally buoyant, hardly above saturation, so that nothing but the oscillation moves it.
 
 Equations   those of bubble_rise; buoyancy just bears the bubble's weight (eq. 19; k_bubble = 0 here).
 Source      the oscillation constraint of "Physically Based Boiling Simulation with Thermally Driven Dynamic
@@ -16,7 +16,7 @@ from pysph_boiling.schemes.effects import Buoyancy, Venting, param
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleHeldParameters(BubbleRiseParameters):
-    """A small box of water at saturation, with a bubble in it."""
+    """A small box of water near saturation, with a bubble in it."""
 
     duration: float = param(1.0, "s", "simulated time", above=0.0)
 
@@ -24,7 +24,7 @@ class BubbleHeldParameters(BubbleRiseParameters):
     fill: int = param(20, "-", "height of the water, in spacings", low=12)
     diameter: float = param(5.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(8.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    superheat: float = param(0.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
+    superheat: float = param(0.1, "K", "temperature of the water above saturation", low=0.0, high=30.0)
 
 
 class BubbleHeld(BubbleRise):

@@ -104,7 +104,7 @@ class ExplosiveBoiling(SceneApplication):
                 box_vessel(lower, upper, kernel=scheme.kernel, **common)]
 
     def start_temperature(self, p):
-        return WATER_1ATM.T_sat - p.subcooling
+        return WATER_1ATM.T_sat + np.array([p.superheat, -p.subcooling])
 
     def start(self, arrays, p, scheme):
         fluid = arrays["fluid"]

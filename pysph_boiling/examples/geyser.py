@@ -13,6 +13,7 @@ import numpy as np
 
 from pysph_boiling.examples.application import SceneParameters
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
+from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import fluid_block, wall_array
 from pysph_boiling.schemes.effects import Buoyancy, Heater, Venting, param
 
@@ -114,6 +115,9 @@ class Geyser(ExplosiveBoiling):
 
     def start(self, arrays, p, scheme):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
+
+    def start_temperature(self, p):
+        return WATER_1ATM.T_sat - p.subcooling
 
     def facts(self):
         p, scheme = self.parameters, self.scheme

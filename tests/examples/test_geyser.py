@@ -4,6 +4,8 @@ import pytest
 
 from pysph_boiling.examples.geyser import Geyser
 
+pytestmark = pytest.mark.slow  # its set of effects is no other scene's
+
 
 class FirstEruption(Geyser):
     """Ends after the first eruption; the final check asks for three."""

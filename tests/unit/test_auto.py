@@ -15,7 +15,12 @@ MOTION = {"density", "container", "viscosity"}
 BUBBLES = {"bubbles", "pooling", "buoyancy", "tension", "drag", "venting"}
 
 # Scenes whose own set differs from what their arrays call for; the table in docs/model.md says why.
-DIFFERS = {"heated_slab": {"density", "container", "viscosity", "convection"}}
+SINGLE = {"burst", "condensation", "expansion"}
+DIFFERS = {
+    "heated_slab": {"density", "container", "viscosity", "convection"},
+    "bubble_held": SINGLE, "bubble_merge": SINGLE, "bubble_rise": SINGLE, "bubble_split": SINGLE,
+    "cooling": {"burst"}, "superheat_sites": {"expansion"},
+}
 
 
 def scheme(T=None, sites=False, heated=0.0, gravity=None, **given):
