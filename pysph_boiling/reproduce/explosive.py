@@ -94,11 +94,13 @@ def measure(result):
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------
 
-def moments(result):
-    """Times [s] worth a picture: the start, the onset, growth, the level's peak, the surface breaking, the end."""
-    t, level = level_history(result.files, dim=result.record["dim"])
-    _, peak, _ = settled(t, level)
-    return [0.0, 0.25 * peak, 0.6 * peak, peak, min(1.6 * peak, t[-1]), t[-1]]
+def moments(row):
+    """Times [s] worth a picture: the start, the onset, growth, the level's peak, the surface breaking, the end.
+
+    ``row`` is what :func:`measure` says of the run.
+    """
+    peak, end = row["t_swelling"], row["t"][-1]
+    return [0.0, 0.25 * peak, 0.6 * peak, peak, min(1.6 * peak, end), end]
 
 
 def percent(rows, name):
@@ -161,7 +163,7 @@ class Figure5(Figure):
 
         results = list(results.values())
         rows = [measure(result) for result in results]
-        times = moments(results[0])
+        times = moments(rows[0])
         pictures = [sheet([(results[0], t, "") for t in times], folder / "moments.png",
                           "A superheated layer without sites bursts: the pool foams, swells, breaks the surface and "
                           "settles. Vapour is red, superheated liquid orange, liquid that stores latent heat yellow.")]
@@ -218,7 +220,7 @@ class Figure6(Figure):
 
         off, on = ([results[run.name] for run in runs] for runs in (without_oscillation(quick), explosions(quick)))
         off_rows, on_rows = ([measure(result) for result in ensemble] for ensemble in (off, on))
-        times = moments(on[0])
+        times = moments(on_rows[0])
         cells = [(result, times[k], title) for k in (1, 2, 3, 4)
                  for result, title in ((on[0], "with oscillation"), (off[0], "without"))]
         pictures = [sheet(cells, folder / "moments.png", "The same explosion with the oscillation constraint (first "

@@ -105,7 +105,7 @@ class Figure:
         ``results`` maps the name of each of :meth:`runs` to its :class:`~pysph_boiling.reproduce.runs.Result`;
         ``folder`` exists and takes pictures and data files.
         """
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} must override make")
 
     def section(self, **parts):
         """A :class:`Section` of this figure."""

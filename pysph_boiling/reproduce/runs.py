@@ -111,15 +111,15 @@ def start(run, folder, threads):
     """Start the run as a process of its own, from its last output if it was interrupted."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    marker = folder / "asked.txt"
-    last = last_output(folder) if marker.exists() and marker.read_text() == wanted(run) else None
+    marker, asked = folder / "asked.txt", wanted(run)
+    last = last_output(folder) if marker.exists() and marker.read_text() == asked else None
     resume = ["--restart-file", last] if last else []
-    marker.write_text(wanted(run))
+    marker.write_text(asked)
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
-    log = open(folder / "console.txt", "a" if resume else "w")
-    return subprocess.Popen(
-        [sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
-         "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=environment)
+    with open(folder / "console.txt", "a" if resume else "w") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
+             "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=environment)
 
 
 def perform(runs, root, *, jobs=None, report=print):

@@ -154,7 +154,7 @@ class SingleBubble(Figure):
 
     def tell(self, section, groups, tracks, quick):
         """Fill in statements and tables."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} must override tell")
 
     def unchanged(self, groups, tracks):
         """Statement on the runs without dynamic nucleation, which must differ by nothing if nothing bursts."""
