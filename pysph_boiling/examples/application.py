@@ -28,7 +28,7 @@ from pysph_boiling.schemes.effects import check_parameters, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 
-__all__ = ["SceneApplication", "SceneParameters"]
+__all__ = ["SceneApplication", "SceneParameters", "upright_box"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +44,13 @@ class SceneParameters:
         check_parameters(self, "scene")
         if self.substeps is not None:
             object.__setattr__(self, "substeps", int(self.substeps))
+
+
+def upright_box(p, width, height):
+    """Inner corners [m] of a box on the origin; ``width`` and ``height`` in spacings of the parameters ``p``."""
+    size = [width * p.spacing] * 3
+    size[p.dim - 1] = height * p.spacing
+    return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
 
 
 class Progress(Tool):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.analysis.shapes import track
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
+from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block
 from pysph_boiling.phases import Phase
@@ -69,9 +69,7 @@ class BubbleRise(SceneApplication):
 
     def box(self, p):
         """Inner corners of the vessel [m]; the top is the lid."""
-        size = [p.width * p.spacing] * 3
-        size[p.dim - 1] = 1.3 * p.fill * p.spacing
-        return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+        return upright_box(p, p.width, 1.3 * p.fill)
 
     def bubbles(self, p):
         """Centres and diameters of the bubbles at the start, in spacings: (x from the middle, height, diameter)."""

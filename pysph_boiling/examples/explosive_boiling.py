@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.analysis.level import level_history
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
+from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -70,9 +70,7 @@ class ExplosiveBoiling(SceneApplication):
 
     def box(self, p):
         """Inner corners of the vessel [m]; the top is the lid."""
-        size = [p.width * p.spacing] * 3
-        size[p.dim - 1] = (1.0 + p.headroom) * p.fill * p.spacing
-        return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+        return upright_box(p, p.width, (1.0 + p.headroom) * p.fill)
 
     def make_scheme(self, p):
         lower, upper = self.box(p)

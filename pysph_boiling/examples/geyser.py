@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pysph_boiling.examples.application import SceneParameters
+from pysph_boiling.examples.application import SceneParameters, upright_box
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import fluid_block, wall_array
@@ -74,9 +74,7 @@ class Geyser(ExplosiveBoiling):
         return max(p.chamber, p.pool) + ROCK
 
     def box(self, p):
-        size = [2.0 * self.half(p) * p.spacing] * 3
-        size[p.dim - 1] = self.heights(p)[-1] * p.spacing
-        return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+        return upright_box(p, 2.0 * self.half(p), self.heights(p)[-1])
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)

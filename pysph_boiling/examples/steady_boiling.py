@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
+from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -66,9 +66,7 @@ class SteadyBoiling(SceneApplication):
 
     def box(self, p):
         """Inner corners of the vessel [m]; the top, half a filling above the water, is the lid."""
-        size = [p.width * p.spacing] * 3
-        size[p.dim - 1] = 1.5 * p.fill * p.spacing
-        return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+        return upright_box(p, p.width, 1.5 * p.fill)
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
