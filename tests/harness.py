@@ -12,6 +12,8 @@ from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.schemes.solver import vectorised
+
 
 def use_openmp():
     """All compiled tests run on OpenMP, as users do."""
@@ -25,7 +27,8 @@ class Evaluator:
         use_openmp()
         self.arrays, self.kernel = arrays, kernel or CubicSpline(dim=dim)
         self.evaluation = AccelerationEval(arrays, groups, self.kernel)
-        SPHCompiler(self.evaluation, None).compile()
+        with vectorised():
+            SPHCompiler(self.evaluation, None).compile()
         self.nnps = LinkedListNNPS(dim=dim, particles=arrays, radius_scale=self.kernel.radius_scale, cache=True,
                                    domain=domain)
         self.evaluation.set_nnps(self.nnps)

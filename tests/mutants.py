@@ -49,7 +49,7 @@ density = mutants("density_constraint", "compiled/test_density_constraint.py")
 burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
 expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
-helpers = mutants("helpers", "unit/test_phases.py", "compiled/test_density_constraint.py")
+helpers = mutants("helpers", "unit/test_phases.py", "unit/test_smoothing.py", "compiled/test_density_constraint.py")
 nucleation = mutants("nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_modes.py")
@@ -78,13 +78,14 @@ MUTANTS = (  # --quick takes the first of each module
     convection("boussinesq: sign", "self.by = -float(beta)", "self.by = float(beta)"),
     convection("gradient: sign", "d_av[d_idx] -= f * d_gTy[d_idx]", "d_av[d_idx] += f * d_gTy[d_idx]"),
     convection("gradient: cap x 2", "f = self.largest / size", "f = 2.0*self.largest / size"),
-    density("correction: sign of the neighbour's multiplier", "d_lmbda[d_idx] + d_m[d_idx]*s_lmbda",
-            "d_lmbda[d_idx] - d_m[d_idx]*s_lmbda"),
-    density("swollen: the neighbour's swell dropped", "m = s_m[s_idx] * s_swell[s_idx]", "m = s_m[s_idx]"),
-    density("swollen correction: its own swell dropped", "d_m[d_idx]*d_swell[d_idx]*s_lmbda", "d_m[d_idx]*s_lmbda"),
+    density("correction: sign of the neighbour's multiplier", "(s_m[j]*lmbda + m*s_lmbda[j])",
+            "(s_m[j]*lmbda - m*s_lmbda[j])"),
+    density("swollen: the neighbour's swell dropped", "m = s_m[j] * s_swell[j] * h1", "m = s_m[j] * h1"),
+    density("swollen correction: its own swell dropped", "m = d_m[d_idx] * d_swell[d_idx]", "m = d_m[d_idx]"),
     density("multiplier: the others' gradients dropped", "(own + d_gc2[d_idx] + self.eps)", "(own + self.eps)"),
-    density("gradients of the others x 2", "d_gc2[d_idx] += g * g / m", "d_gc2[d_idx] += 2.0 * g * g / m"),
-    density("wall correction: sign", "f = s_m[s_idx] * d_lmbda[d_idx] /", "f = -s_m[s_idx] * d_lmbda[d_idx] /"),
+    density("gradients of the others x 2", "+= f * f * gg\n\n\nclass PBFDensityS",
+            "+= 2.0 * f * f * gg\n\n\nclass PBFDensityS"),
+    density("wall correction: sign", "f = s_m[j]*lmbda * h1", "f = -s_m[j]*lmbda * h1"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
     burst("regions overlap", "if s_claim[s_idx] != d_fire_key[d_idx]:", "if s_claim[s_idx] < 0.0:"),
     burst("heat of a region x 2", "heat += nucleation_units(share", "heat += 2.0*nucleation_units(share"),
@@ -108,6 +109,7 @@ MUTANTS = (  # --quick takes the first of each module
             "phase == 0:\n        if e < 0.0:\n            T = T_sat - e / c_l"),
     helpers("random direction: mean dropped", "return h * 4.656612873077393e-10 - 1.0",
             "return 0.0 * h"),
+    helpers("Wendland's slope: factor", "t*(4.0*c4 + t*5.0*c5)", "t*(3.0*c4 + t*5.0*c5)"),
     nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
     nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
     nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),

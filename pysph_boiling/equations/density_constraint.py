@@ -11,7 +11,7 @@ from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array 
 from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
-from pysph_boiling.equations.helpers import boiling_uniform
+from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope, boiling_uniform, kernel_coefficients
 
 __all__ = [
     "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFMove",
@@ -28,17 +28,27 @@ class PBFDensity(Equation):
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index only.
     Errors   ValueError if rho_rest <= 0.   Limits   Summed density is low at a free surface: C is clamped later.
     """
 
-    def __init__(self, dest, sources, rho_rest):
+    def __init__(self, dest, sources, rho_rest, kernel):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_kernel, boiling_kernel_slope]
 
     def initialize(self, d_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2):
         d_rho[d_idx] = 0.0
@@ -47,14 +57,40 @@ class PBFDensity(Equation):
         d_gcz[d_idx] = 0.0
         d_gc2[d_idx] = 0.0
 
-    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2, s_m, WIJ, DWIJ):
-        m = s_m[s_idx]
-        g = m / self.rho_rest
-        d_rho[d_idx] += m * WIJ
-        d_gcx[d_idx] += g * DWIJ[0]
-        d_gcy[d_idx] += g * DWIJ[1]
-        d_gcz[d_idx] += g * DWIJ[2]
-        d_gc2[d_idx] += g * g / m * (DWIJ[0]*DWIJ[0] + DWIJ[1]*DWIJ[1] + DWIJ[2]*DWIJ[2])
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, s_m, d_rho, d_gcx, d_gcy, d_gcz, d_gc2, NBRS,
+                 N_NBRS):
+        i = declare('int')
+        j = declare('int')
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        rho = 0.0
+        gx = 0.0
+        gy = 0.0
+        gz = 0.0
+        gg = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            m = s_m[j] * h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            rho += m * boiling_kernel(q, self.c3, self.c4, self.c5, self.c1)
+            f = m * h1*h1 * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            gx += f * dx
+            gy += f * dy
+            gz += f * dz
+            gg += f*f*r2 / s_m[j]
+        f = 1.0 / self.rho_rest
+        d_rho[d_idx] += rho
+        d_gcx[d_idx] += f * gx
+        d_gcy[d_idx] += f * gy
+        d_gcz[d_idx] += f * gz
+        d_gc2[d_idx] += f * f * gg
 
 
 class PBFDensitySwollen(Equation):
@@ -66,18 +102,28 @@ class PBFDensitySwollen(Equation):
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg], s_swell [-].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index
     only.   Errors   ValueError if rho_rest <= 0.   Limits   The support is that of liquid: beyond a swell of about 4
     (3-D) a particle has too few neighbours for a density.
     """
 
-    def __init__(self, dest, sources, rho_rest):
+    def __init__(self, dest, sources, rho_rest, kernel):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_kernel, boiling_kernel_slope]
 
     def initialize(self, d_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2):
         d_rho[d_idx] = 0.0
@@ -86,14 +132,40 @@ class PBFDensitySwollen(Equation):
         d_gcz[d_idx] = 0.0
         d_gc2[d_idx] = 0.0
 
-    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, d_gc2, s_m, s_swell, WIJ, DWIJ):
-        m = s_m[s_idx] * s_swell[s_idx]
-        g = m / self.rho_rest
-        d_rho[d_idx] += m * WIJ
-        d_gcx[d_idx] += g * DWIJ[0]
-        d_gcy[d_idx] += g * DWIJ[1]
-        d_gcz[d_idx] += g * DWIJ[2]
-        d_gc2[d_idx] += g * g / s_m[s_idx] * (DWIJ[0]*DWIJ[0] + DWIJ[1]*DWIJ[1] + DWIJ[2]*DWIJ[2])
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, s_m, s_swell, d_rho, d_gcx, d_gcy, d_gcz, d_gc2,
+                 NBRS, N_NBRS):
+        i = declare('int')
+        j = declare('int')
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        rho = 0.0
+        gx = 0.0
+        gy = 0.0
+        gz = 0.0
+        gg = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            m = s_m[j] * s_swell[j] * h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            rho += m * boiling_kernel(q, self.c3, self.c4, self.c5, self.c1)
+            f = m * h1*h1 * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            gx += f * dx
+            gy += f * dy
+            gz += f * dz
+            gg += f*f*r2 / s_m[j]
+        f = 1.0 / self.rho_rest
+        d_rho[d_idx] += rho
+        d_gcx[d_idx] += f * gx
+        d_gcy[d_idx] += f * gy
+        d_gcz[d_idx] += f * gz
+        d_gc2[d_idx] += f * f * gg
 
 
 class PBFBoundaryDensity(Equation):
@@ -103,25 +175,58 @@ class PBFBoundaryDensity(Equation):
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], own index only.
     Needs    PBFDensity before it in the same group.   Errors   ValueError if rho_rest <= 0.
     """
 
-    def __init__(self, dest, sources, rho_rest):
+    def __init__(self, dest, sources, rho_rest, kernel):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         super().__init__(dest, sources)
 
-    def loop(self, d_idx, s_idx, d_rho, d_gcx, d_gcy, d_gcz, s_m, WIJ, DWIJ):
-        m = s_m[s_idx]
-        g = m / self.rho_rest
-        d_rho[d_idx] += m * WIJ
-        d_gcx[d_idx] += g * DWIJ[0]
-        d_gcy[d_idx] += g * DWIJ[1]
-        d_gcz[d_idx] += g * DWIJ[2]
+    def _get_helpers_(self):
+        return [boiling_kernel, boiling_kernel_slope]
+
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, s_m, d_rho, d_gcx, d_gcy, d_gcz, NBRS, N_NBRS):
+        i = declare('int')
+        j = declare('int')
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        rho = 0.0
+        gx = 0.0
+        gy = 0.0
+        gz = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            m = s_m[j] * h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            rho += m * boiling_kernel(q, self.c3, self.c4, self.c5, self.c1)
+            f = m * h1*h1 * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            gx += f * dx
+            gy += f * dy
+            gz += f * dz
+        f = 1.0 / self.rho_rest
+        d_rho[d_idx] += rho
+        d_gcx[d_idx] += f * gx
+        d_gcy[d_idx] += f * gy
+        d_gcz[d_idx] += f * gz
 
 
 class PBFLambda(Equation):
@@ -148,11 +253,11 @@ class PBFLambda(Equation):
     def __init__(self, dest, sources, rho_rest, eps, tolerance):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
         if not eps >= 0.0:
             raise ValueError(f"eps must be >= 0 1/(kg m^2), got {eps}")
         if not tolerance >= 0.0:
             raise ValueError(f"tolerance must be >= 0, got {tolerance}")
-        self.rho_rest = float(rho_rest)
         self.eps = float(eps)
         self.tolerance = float(tolerance)
         self.conv = -1.0
@@ -196,50 +301,88 @@ class PBFPositionCorrection(Equation):
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
-    nudge : float      Displacement that separates coincident particles [m], >= 0.
-    dim : int          Dimension of the scene, 2 or 3: the hashed direction stays in the plane in 2-D.
+    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    kernel : PySPH kernel   CubicSpline or WendlandQuintic; in 2-D the hashed direction stays in the plane.
+    nudge : float           Displacement that separates coincident particles [m], >= 0.
 
     Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_uid, s_uid.   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
     Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
     """
 
-    def __init__(self, dest, sources, rho_rest, nudge, dim):
+    def __init__(self, dest, sources, rho_rest, kernel, nudge):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         self.nudge = float(nudge)
-        self.depth = float(dim == 3)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
-        return [boiling_uniform]
+        return [boiling_kernel_slope, boiling_uniform]
 
     def initialize(self, d_idx, d_dpx, d_dpy, d_dpz):
         d_dpx[d_idx] = 0.0
         d_dpy[d_idx] = 0.0
         d_dpz[d_idx] = 0.0
 
-    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m, d_uid, s_uid, RIJ, HIJ, DWIJ):
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m,
+                 d_uid, s_uid, NBRS, N_NBRS):
+        i = declare('int')
+        j = declare('int')
         low = declare('unsigned int')
         high = declare('unsigned int')
-        f = (s_m[s_idx]*d_lmbda[d_idx] + d_m[d_idx]*s_lmbda[s_idx]) / (d_m[d_idx]*self.rho_rest)
-        d_dpx[d_idx] += f * DWIJ[0]
-        d_dpy[d_idx] += f * DWIJ[1]
-        d_dpz[d_idx] += f * DWIJ[2]
-        if RIJ < 1e-6*HIJ:
-            if d_uid[d_idx] != s_uid[s_idx]:
-                low = d_uid[d_idx]
-                high = s_uid[s_idx]
-                f = self.nudge
-                if low > high:
-                    low = s_uid[s_idx]
-                    high = d_uid[d_idx]
-                    f = -self.nudge
-                f = f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
-                d_dpx[d_idx] += f * boiling_uniform(low, high)
-                d_dpy[d_idx] += f * boiling_uniform(high, low)
-                d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        m = d_m[d_idx]
+        lmbda = d_lmbda[d_idx]
+        px = 0.0
+        py = 0.0
+        pz = 0.0
+        here = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            f = (s_m[j]*lmbda + m*s_lmbda[j]) * h1*h1*h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            f = f * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            px += f * dx
+            py += f * dy
+            pz += f * dz
+            here += max(1.0 - 1e6*q, 0.0)
+        f = 1.0 / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * px
+        d_dpy[d_idx] += f * py
+        d_dpz[d_idx] += f * pz
+        if here > 1.0:
+            for i in range(N_NBRS):
+                j = NBRS[i]
+                dx = x - s_x[j]
+                dy = y - s_y[j]
+                dz = z - s_z[j]
+                if 2.0*sqrt(dx*dx + dy*dy + dz*dz) < 1e-6*(h + s_h[j]):
+                    if d_uid[d_idx] != s_uid[j]:
+                        low = d_uid[d_idx]
+                        high = s_uid[j]
+                        f = self.nudge
+                        if low > high:
+                            low = s_uid[j]
+                            high = d_uid[d_idx]
+                            f = -self.nudge
+                        f = f * 2.0*s_m[j] / (d_m[d_idx] + s_m[j])
+                        d_dpx[d_idx] += f * boiling_uniform(low, high)
+                        d_dpy[d_idx] += f * boiling_uniform(high, low)
+                        d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
 
 
 class PBFPositionCorrectionSwollen(Equation):
@@ -251,51 +394,87 @@ class PBFPositionCorrectionSwollen(Equation):
 
     Parameters
     ----------
-    rho_rest, nudge, dim : float, float, int   As :class:`PBFPositionCorrection`.
+    rho_rest, kernel, nudge   As :class:`PBFPositionCorrection`.
 
     Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_swell, s_swell [-], d_uid, s_uid.
     Writes   d_dpx, d_dpy, d_dpz [m], own index only.
     Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
     """
 
-    def __init__(self, dest, sources, rho_rest, nudge, dim):
+    def __init__(self, dest, sources, rho_rest, kernel, nudge):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         self.nudge = float(nudge)
-        self.depth = float(dim == 3)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
-        return [boiling_uniform]
+        return [boiling_kernel_slope, boiling_uniform]
 
     def initialize(self, d_idx, d_dpx, d_dpy, d_dpz):
         d_dpx[d_idx] = 0.0
         d_dpy[d_idx] = 0.0
         d_dpz[d_idx] = 0.0
 
-    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m, d_swell, s_swell, d_uid, s_uid,
-             RIJ, HIJ, DWIJ):
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m,
+                 d_swell, s_swell, d_uid, s_uid, NBRS, N_NBRS):
+        i = declare('int')
+        j = declare('int')
         low = declare('unsigned int')
         high = declare('unsigned int')
-        f = s_m[s_idx]*s_swell[s_idx]*d_lmbda[d_idx] + d_m[d_idx]*d_swell[d_idx]*s_lmbda[s_idx]
-        f = f / (d_m[d_idx]*self.rho_rest)
-        d_dpx[d_idx] += f * DWIJ[0]
-        d_dpy[d_idx] += f * DWIJ[1]
-        d_dpz[d_idx] += f * DWIJ[2]
-        if RIJ < 1e-6*HIJ:
-            if d_uid[d_idx] != s_uid[s_idx]:
-                low = d_uid[d_idx]
-                high = s_uid[s_idx]
-                f = self.nudge
-                if low > high:
-                    low = s_uid[s_idx]
-                    high = d_uid[d_idx]
-                    f = -self.nudge
-                f = f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
-                d_dpx[d_idx] += f * boiling_uniform(low, high)
-                d_dpy[d_idx] += f * boiling_uniform(high, low)
-                d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        m = d_m[d_idx] * d_swell[d_idx]
+        lmbda = d_lmbda[d_idx]
+        px = 0.0
+        py = 0.0
+        pz = 0.0
+        here = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            f = (s_m[j]*s_swell[j]*lmbda + m*s_lmbda[j]) * h1*h1*h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            f = f * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            px += f * dx
+            py += f * dy
+            pz += f * dz
+            here += max(1.0 - 1e6*q, 0.0)
+        f = 1.0 / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * px
+        d_dpy[d_idx] += f * py
+        d_dpz[d_idx] += f * pz
+        if here > 1.0:
+            for i in range(N_NBRS):
+                j = NBRS[i]
+                dx = x - s_x[j]
+                dy = y - s_y[j]
+                dz = z - s_z[j]
+                if 2.0*sqrt(dx*dx + dy*dy + dz*dz) < 1e-6*(h + s_h[j]):
+                    if d_uid[d_idx] != s_uid[j]:
+                        low = d_uid[d_idx]
+                        high = s_uid[j]
+                        f = self.nudge
+                        if low > high:
+                            low = s_uid[j]
+                            high = d_uid[d_idx]
+                            f = -self.nudge
+                        f = f * 2.0*s_m[j] / (d_m[d_idx] + s_m[j])
+                        d_dpx[d_idx] += f * boiling_uniform(low, high)
+                        d_dpy[d_idx] += f * boiling_uniform(high, low)
+                        d_dpz[d_idx] += f * self.depth * boiling_uniform(low, high + 1013)
 
 
 class PBFBoundaryCorrection(Equation):
@@ -307,23 +486,57 @@ class PBFBoundaryCorrection(Equation):
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    d_lmbda [kg m^2], d_m, s_m [kg].   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
     Needs    PBFPositionCorrection before it in the same group.   Errors   ValueError if rho_rest <= 0.
     """
 
-    def __init__(self, dest, sources, rho_rest):
+    def __init__(self, dest, sources, rho_rest, kernel):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
+        c3, c4, c5, c1 = kernel_coefficients(kernel)
+        self.c3 = float(c3)
+        self.c4 = float(c4)
+        self.c5 = float(c5)
+        self.c1 = float(c1)
+        self.depth = float(kernel.dim == 3)
         super().__init__(dest, sources)
 
-    def loop(self, d_idx, s_idx, d_dpx, d_dpy, d_dpz, d_lmbda, d_m, s_m, DWIJ):
-        f = s_m[s_idx] * d_lmbda[d_idx] / (d_m[d_idx]*self.rho_rest)
-        d_dpx[d_idx] += f * DWIJ[0]
-        d_dpy[d_idx] += f * DWIJ[1]
-        d_dpz[d_idx] += f * DWIJ[2]
+    def _get_helpers_(self):
+        return [boiling_kernel_slope]
+
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, d_dpx, d_dpy, d_dpz, d_lmbda, d_m, s_m, NBRS,
+                 N_NBRS):
+        i = declare('int')
+        j = declare('int')
+        x = d_x[d_idx]
+        y = d_y[d_idx]
+        z = d_z[d_idx]
+        h = d_h[d_idx]
+        lmbda = d_lmbda[d_idx]
+        px = 0.0
+        py = 0.0
+        pz = 0.0
+        for i in range(N_NBRS):
+            j = NBRS[i]
+            dx = x - s_x[j]
+            dy = y - s_y[j]
+            dz = z - s_z[j]
+            h1 = 2.0 / (h + s_h[j])
+            r2 = dx*dx + dy*dy + dz*dz
+            q = sqrt(r2) * h1
+            f = s_m[j]*lmbda * h1*h1*h1*h1 * (1.0 + self.depth*(h1 - 1.0))
+            f = f * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
+            px += f * dx
+            py += f * dy
+            pz += f * dz
+        f = 1.0 / (d_m[d_idx]*self.rho_rest)
+        d_dpx[d_idx] += f * px
+        d_dpy[d_idx] += f * py
+        d_dpz[d_idx] += f * pz
 
 
 class PBFMove(Equation):

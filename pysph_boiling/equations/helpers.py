@@ -1,10 +1,41 @@
 """Functions that kernels call: temperature from enthalpy, and the counter-based random numbers.
 
 They are compiled into each kernel that lists them in ``_get_helpers_``; a default argument gives a C type.
+
+The smoothing kernel of a sum that must be fast is one polynomial without branches, so that compilers vectorise the loop
+over the neighbours: :func:`boiling_kernel` and :func:`boiling_kernel_slope`, for the kernels of
+:func:`kernel_coefficients`.
 """
 from compyle.api import declare
 
-__all__ = ["boiling_temperature", "boiling_uniform"]
+__all__ = ["boiling_kernel", "boiling_kernel_slope", "boiling_temperature", "boiling_uniform", "kernel_coefficients"]
+
+
+def kernel_coefficients(kernel):
+    """Coefficients (c3, c4, c5, c1) of a PySPH kernel of radius 2 h, for :func:`boiling_kernel`.
+
+    Errors: ``ValueError`` for a kernel other than ``CubicSpline`` and ``WendlandQuintic``.
+    """
+    shapes = {"CubicSpline": (0.25, 0.0, 0.0, -1.0), "WendlandQuintic": (0.0, 0.3125, -0.125, 0.0)}
+    name = type(kernel).__name__
+    if name not in shapes or kernel.dim == 1:
+        raise ValueError(f"the density constraint knows the kernels {' and '.join(shapes)} in 2-D and 3-D, got "
+                         f"{name} in {kernel.dim}-D")
+    return tuple(float(kernel.fac) * c for c in shapes[name])
+
+
+def boiling_kernel(q=0.0, c3=0.0, c4=0.0, c5=0.0, c1=0.0):
+    """W h^dim at distance q = r/h: with t = max(2 - q, 0), u = max(1 - q, 0), c3 t^3 + c4 t^4 + c5 t^5 + c1 u^3."""
+    t = max(2.0 - q, 0.0)
+    u = max(1.0 - q, 0.0)
+    return t*t*t * (c3 + t*(c4 + t*c5)) + c1*u*u*u
+
+
+def boiling_kernel_slope(q=0.0, c3=0.0, c4=0.0, c5=0.0, c1=0.0):
+    """(1/q) dW/dq h^dim of :func:`boiling_kernel`; times x_ij/h^2 it is the gradient. Finite, but wrong, at q = 0."""
+    t = max(2.0 - q, 0.0)
+    u = max(1.0 - q, 0.0)
+    return -(t*t * (3.0*c3 + t*(4.0*c4 + t*5.0*c5)) + 3.0*c1*u*u) / max(q, 1e-9)
 
 
 def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0, subcooling=1.0):

@@ -13,7 +13,7 @@ from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
-from pysph_boiling.schemes.solver import StagedSolver
+from pysph_boiling.schemes.solver import StagedSolver, vector_tag
 from pysph_boiling.schemes.stages import STAGES, build_stage
 
 __all__ = ["PBFScheme"]
@@ -32,7 +32,7 @@ class PBFScheme(Scheme):
     rho0 : float                   Rest density [kg/m^3], > 0.
     gravity : three floats         [m/s^2]; 9.81 downwards if not given.
     hdx : float                    Smoothing length over spacing [-], 1 to 2.
-    kernel : PySPH kernel          Cubic spline if not given.
+    kernel : PySPH kernel          CubicSpline (if not given) or WendlandQuintic.
     **effects                      One effect per slot (``container=BoxContainer(...)``), or ``None`` to leave it out.
                                    ``density=None`` gives a scene that stands still.
 
@@ -175,7 +175,8 @@ class PBFScheme(Scheme):
                 if place in table:
                     yield lambda hook=table[place]: hook(self.arrays)
 
-        built = {stage.name: build_stage(stage, terms, limits=limits, hooks=hooks) for stage in STAGES}
+        tag = vector_tag()
+        built = {stage.name: build_stage(stage, terms, limits=limits, hooks=hooks, tag=tag) for stage in STAGES}
         built = {name: groups for name, groups in built.items() if groups}
         pairs = sorted({(equation.dest, source) for _, equation, _ in terms for source in equation.sources or ()})
         heat_limit = step_limit = math.inf

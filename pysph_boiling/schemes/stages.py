@@ -118,12 +118,13 @@ class Hooks(list):
             hook()
 
 
-def build_stage(stage, terms, *, limits, hooks):
+def build_stage(stage, terms, *, limits, hooks, tag=""):
     """PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
 
     ``limits`` maps the name of an iterated block to (min, max); ``hooks(place, spec)`` lists what runs on the host
     after a group. Groups are named, since PySPH writes the names into the generated source, whose text is the key of
-    its cache. Only parents iterate and only sub-groups have hooks: PySPH compiles nothing else on every backend.
+    its cache; ``tag`` ends them, and says with which flags that source is compiled. Only parents iterate and only
+    sub-groups have hooks: PySPH compiles nothing else on every backend.
     """
     blocks = []
     for number, block in enumerate(stage.blocks):
@@ -138,5 +139,5 @@ def build_stage(stage, terms, *, limits, hooks):
             if block.iterate:
                 low, high = limits[block.iterate]
                 options = dict(iterate=True, min_iterations=low, max_iterations=high)
-            blocks.append(Group(groups, name=f"{stage.name}{number}", **options))
+            blocks.append(Group(groups, name=f"{stage.name}{number}{tag}", **options))
     return blocks or None

@@ -64,12 +64,13 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
     kernels = Kernels([fluid, wall], {
         "density": [by_name["PBFDensity"], by_name["PBFBoundaryDensity"], by_name["PBFLambda"]],
-        "swollen_density": [PBFDensitySwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest),
+        "swollen_density": [PBFDensitySwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
+                                              kernel=motion.kernel),
                             copy(by_name["PBFBoundaryDensity"]), copy(by_name["PBFLambda"])],
         "correction": [by_name["PBFPositionCorrection"], by_name["PBFBoundaryCorrection"]],
         "swollen_correction": [
             PBFPositionCorrectionSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
-                                         nudge=by_name["PBFPositionCorrection"].nudge, dim=dim),
+                                         kernel=motion.kernel, nudge=by_name["PBFPositionCorrection"].nudge),
             copy(by_name["PBFBoundaryCorrection"])],
         "move": [PBFMove("fluid", None, omega=0.7, longest=0.25 * spacing)],
         "box": [PBFBoxContainer("fluid", None, **container)],

@@ -40,6 +40,7 @@ from pysph_boiling.schemes.effects import (
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.options import add_options, apply_options, option_table
 from pysph_boiling.schemes.pbf import PBFScheme
+from pysph_boiling.schemes.solver import vector_tag
 from pysph_boiling.schemes.stages import STAGES
 
 DX = 0.01
@@ -366,8 +367,8 @@ def test_groups_suit_every_backend(name):
     names = [group.name for group in parents] + [group.name for _, group in subgroups(equations)]
     assert len(set(names)) == len(names) and not any(name.startswith("Group") for name in names)
     assert {parent.name for parent in parents if parent.iterate} == \
-           {f"{stage.name}{n}" for stage in STAGES for n, block in enumerate(stage.blocks) if block.iterate
-            and stage.name in scheme.integrator.stages}
+           {f"{stage.name}{n}{vector_tag()}" for stage in STAGES for n, block in enumerate(stage.blocks)
+            if block.iterate and stage.name in scheme.integrator.stages}
 
 
 def test_sweeps_are_limited_as_asked():

@@ -99,12 +99,14 @@ class DensityConstraint(Effect):
         if "expansion" in scene.effects:
             density = density_constraint.PBFDensitySwollen
             correction = density_constraint.PBFPositionCorrectionSwollen
-        yield Term("density.multiplier", density(fluid, fluids, rho_rest=rho_rest))
+        yield Term("density.multiplier", density(fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.correction", correction(
-            fluid, fluids, rho_rest=rho_rest, nudge=0.05 * scene.spacing, dim=scene.dim))
+            fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel, nudge=0.05 * scene.spacing))
         if walls:
-            yield Term("density.multiplier", density_constraint.PBFBoundaryDensity(fluid, walls, rho_rest=rho_rest))
-            yield Term("density.correction", density_constraint.PBFBoundaryCorrection(fluid, walls, rho_rest=rho_rest))
+            yield Term("density.multiplier", density_constraint.PBFBoundaryDensity(
+                fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
+            yield Term("density.correction", density_constraint.PBFBoundaryCorrection(
+                fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance))
         yield Term("density.correction", density_constraint.PBFMove(

@@ -1,0 +1,43 @@
+"""Modules are compiled for the vector unit, PySPH's cache tells them apart, and a user's own flags are left alone."""
+import pytest
+from compyle import ext_module
+
+from pysph_boiling.schemes import solver
+
+
+@pytest.fixture(autouse=True)
+def asked_anew():
+    solver.vector_flags.cache_clear()
+    yield
+    solver.vector_flags.cache_clear()
+
+
+def test_flags_hold_inside_the_block_alone():
+    before = ext_module.get_openmp_flags()
+    flags = solver.vector_flags()
+    assert flags[:len(solver.REORDER)] == solver.REORDER  # gcc and clang both know them
+    with pytest.raises(RuntimeError), solver.vectorised():
+        inside = ext_module.get_openmp_flags()
+        raise RuntimeError
+    assert inside == ([*before[0], *flags], before[1]) and ext_module.get_openmp_flags() == before
+
+
+def test_tag_names_the_flags(monkeypatch):
+    tags = []
+    for flags in ((), solver.REORDER, (*solver.REORDER, solver.AVX2)):
+        monkeypatch.setattr(solver, "vector_flags", lambda flags=flags: flags)
+        tags.append(solver.vector_tag())
+    assert tags[0] == "" and len(set(tags)) == 3 and all(tag.lstrip("_").isalnum() for tag in tags[1:])
+
+
+def test_flags_of_the_user_are_left_alone(monkeypatch):
+    monkeypatch.setitem(ext_module.CONFIG_OPTS, "OMP_CFLAGS", ["-fopenmp", "-O1"])
+    monkeypatch.setitem(ext_module.CONFIG_OPTS, "OMP_LINK", ["-fopenmp"])
+    assert solver.vector_flags() == () and solver.vector_tag() == ""
+    with solver.vectorised():
+        assert ext_module.get_openmp_flags() == (["-fopenmp", "-O1"], ["-fopenmp"])
+
+
+def test_compiler_that_knows_no_such_flag_gets_none(monkeypatch):
+    monkeypatch.setattr(solver.sysconfig, "get_config_var", lambda name: "false")
+    assert solver.vector_flags() == ()
