@@ -12,7 +12,10 @@ from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.problems.stepper import Stepper
 from pysph_boiling.schemes.solver import vectorised
+
+__all__ = ["Evaluator", "Stepper", "one_group_each", "random_cloud", "use_openmp"]
 
 
 def use_openmp():
@@ -37,42 +40,6 @@ class Evaluator:
         self.nnps.update_domain()
         self.nnps.update()
         self.evaluation.compute(t, dt)
-
-
-class Stepper:
-    """A scheme compiled on its arrays, stepped by hand: ``step(n)``. No files, no application."""
-
-    def __init__(self, scheme, arrays, *, dt=None, domain=None):
-        use_openmp()
-        self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
-        scheme.configure_solver(dt=dt, tf=1e9)
-        equations = scheme.get_equations()
-        self.solver = scheme.get_solver()
-        nnps = LinkedListNNPS(dim=scheme.dim, particles=arrays, radius_scale=scheme.kernel.radius_scale, cache=True,
-                              fixed_h=True, domain=domain)
-        self.solver.set_parallel_manager(None)
-        self.solver.setup(arrays, equations, nnps)
-        self.tools = scheme.tools()
-        self.t, self.dt = 0.0, scheme.dt
-
-    def step(self, n=1):
-        for _ in range(n):
-            self.solver.t = self.t
-            for tool in self.tools:
-                tool.pre_step(self.solver)
-            self.solver.integrator.step(self.t, self.dt)
-            for tool in self.tools:
-                tool.post_step(self.solver)
-            self.t += self.dt
-            self.solver.count += 1
-
-    def run_stage(self, name):
-        """One stage alone, on fresh neighbour lists."""
-        integrator = self.solver.integrator
-        integrator.searched = False
-        integrator.nnps.update_domain()
-        integrator.search()
-        integrator.compute_accelerations(integrator.stages[name], update_nnps=False)
 
 
 def one_group_each(equations):

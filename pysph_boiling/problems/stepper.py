@@ -1,0 +1,56 @@
+"""A scheme compiled on its arrays and stepped by hand: no files, no application."""
+from time import perf_counter
+
+from compyle.config import get_config
+from pysph.base.nnps import LinkedListNNPS
+
+__all__ = ["Stepper"]
+
+
+class Stepper:
+    """Steps a scheme on OpenMP: ``step(n)``.
+
+    Parameters
+    ----------
+    scheme : PBFScheme         Its ``setup_properties`` has been called with ``arrays``.
+    arrays : list              Particle arrays of PySPH.
+    dt : float                 Time step [s]; the scheme's own if not given.
+    domain : DomainManager     Periodic domain, if any.
+
+    ``t`` is the time [s]; ``seconds`` the wall time spent in steps so far [s], compiling left out.
+    """
+
+    def __init__(self, scheme, arrays, *, dt=None, domain=None):
+        get_config().use_openmp = True
+        self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
+        scheme.configure_solver(dt=dt, tf=1e9)
+        equations = scheme.get_equations()
+        self.solver = scheme.get_solver()
+        nnps = LinkedListNNPS(dim=scheme.dim, particles=arrays, radius_scale=scheme.kernel.radius_scale, cache=True,
+                              fixed_h=True, domain=domain)
+        self.solver.set_parallel_manager(None)
+        self.solver.setup(arrays, equations, nnps)
+        self.tools = scheme.tools()
+        self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
+
+    def step(self, n=1):
+        """Take ``n`` steps."""
+        begin = perf_counter()
+        for _ in range(n):
+            self.solver.t = self.t
+            for tool in self.tools:
+                tool.pre_step(self.solver)
+            self.solver.integrator.step(self.t, self.dt)
+            for tool in self.tools:
+                tool.post_step(self.solver)
+            self.t += self.dt
+            self.solver.count += 1
+        self.seconds += perf_counter() - begin
+
+    def run_stage(self, name):
+        """One stage alone, on fresh neighbour lists."""
+        integrator = self.solver.integrator
+        integrator.searched = False
+        integrator.nnps.update_domain()
+        integrator.search()
+        integrator.compute_accelerations(integrator.stages[name], update_nnps=False)
