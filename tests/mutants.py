@@ -45,7 +45,7 @@ buoyancy = mutants("buoyancy", "compiled/test_bubble_forces.py")
 container = mutants("container", "compiled/test_density_constraint.py")
 condensation = mutants("condensation", "compiled/test_condensation.py")
 convection = mutants("convection", "compiled/test_convection.py")
-density = mutants("density_constraint", "compiled/test_density_constraint.py")
+density = mutants("density_constraint", "compiled/test_density_constraint.py", "compiled/test_acceleration.py")
 burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
 expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
@@ -86,6 +86,9 @@ MUTANTS = (  # --quick takes the first of each module
     density("gradients of the others x 2", "+= f * f * gg\n\n\nclass PBFDensityS",
             "+= 2.0 * f * f * gg\n\n\nclass PBFDensityS"),
     density("wall correction: sign", "f = s_m[j]*lmbda * h1", "f = -s_m[j]*lmbda * h1"),
+    density("accelerated: nothing carried on", "qx = f * d_dpx[d_idx] + carried * d_qx[d_idx]",
+            "qx = f * d_dpx[d_idx]"),
+    density("accelerated: no restart", "            plain = 0.0\n", "            plain = plain\n"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
     burst("regions overlap", "if s_claim[s_idx] != d_fire_key[d_idx]:", "if s_claim[s_idx] < 0.0:"),
     burst("heat of a region x 2", "heat += nucleation_units(share", "heat += 2.0*nucleation_units(share"),

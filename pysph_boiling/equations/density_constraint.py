@@ -15,7 +15,7 @@ from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope
 
 __all__ = [
     "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFMove",
-    "PBFPositionCorrection", "PBFPositionCorrectionSwollen",
+    "PBFMoveAccelerated", "PBFPositionCorrection", "PBFPositionCorrectionSwollen",
 ]
 
 
@@ -575,3 +575,80 @@ class PBFMove(Equation):
         d_sx[d_idx] += f * d_dpx[d_idx]
         d_sy[d_idx] += f * d_dpy[d_idx]
         d_sz[d_idx] += f * d_dpz[d_idx]
+
+
+class PBFMoveAccelerated(Equation):
+    r"""As :class:`PBFMove`, each sweep carrying on what the sweep before moved: Chebyshev's semi-iteration.
+
+    .. math::  d^{k+1} = \beta_k \omega\,\Delta x + (\beta_k - 1)\, d^k, \qquad
+               \beta_k = 1,\ \frac{2}{2 - \varrho^2},\ \frac{4}{4 - \varrho^2 \beta_{k-1}}, \dots
+
+    Source: Wang 2015, "A Chebyshev semi-iterative approach for accelerating projective and position-based dynamics",
+    section 4. Differs: weights start anew when the mean density error has risen from one sweep to the next.
+
+    Parameters
+    ----------
+    omega, longest : float   As :class:`PBFMove`.
+    radius : float           Estimate of the spectral radius of a plain sweep [-], in (0, 1).
+    delay : int              Plain sweeps before the first weighted one, also after a restart, >= 1.
+
+    Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-] and
+    ``density_error``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last displacement),
+    d_limited, own index only; ``sweep_weight``.
+    Needs    all corrections in the same group; ``sweep_weight`` = (1, inf, 0) when the sweeps begin.
+    Errors   ValueError if a parameter is out of range.   Limits   as :class:`PBFMove`.
+    """
+
+    def __init__(self, dest, sources, omega, longest, radius, delay):
+        if not 0.0 < omega <= 1.0:
+            raise ValueError(f"omega must lie in (0, 1], got {omega}")
+        if not longest > 0.0:
+            raise ValueError(f"longest must be > 0 m, got {longest} m")
+        if not 0.0 < radius < 1.0:
+            raise ValueError(f"radius must lie in (0, 1), got {radius}")
+        if not delay >= 1:
+            raise ValueError(f"delay must be >= 1, got {delay}")
+        self.omega = float(omega)
+        self.longest = float(longest)
+        self.radius = float(radius)
+        self.delay = float(delay)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_qx, d_qy, d_qz, d_limited,
+                  d_sweep_weight):
+        carried = d_sweep_weight[0] - 1.0
+        f = self.omega * d_sweep_weight[0]
+        qx = f * d_dpx[d_idx] + carried * d_qx[d_idx]
+        qy = f * d_dpy[d_idx] + carried * d_qy[d_idx]
+        qz = f * d_dpz[d_idx] + carried * d_qz[d_idx]
+        size = sqrt(qx*qx + qy*qy + qz*qz)
+        f = 1.0
+        if size > self.longest:
+            f = self.longest / size
+            d_limited[d_idx] += 1
+        d_qx[d_idx] = f * qx
+        d_qy[d_idx] = f * qy
+        d_qz[d_idx] = f * qz
+        d_x[d_idx] += f * qx
+        d_y[d_idx] += f * qy
+        d_z[d_idx] += f * qz
+        d_sx[d_idx] += f * qx
+        d_sy[d_idx] += f * qy
+        d_sz[d_idx] += f * qz
+
+    def reduce(self, dst, t, dt):
+        weight = dst.sweep_weight[0]
+        plain = dst.sweep_weight[2] + 1.0
+        if dst.density_error[0] > dst.sweep_weight[1]:
+            plain = 0.0
+        if plain < self.delay:
+            weight = 1.0
+        elif weight == 1.0:
+            weight = 2.0 / (2.0 - self.radius*self.radius)
+        else:
+            weight = 4.0 / (4.0 - self.radius*self.radius*weight)
+        dst.sweep_weight[0] = weight
+        dst.sweep_weight[1] = dst.density_error[0]
+        dst.sweep_weight[2] = plain
+        if dst.gpu is not None:
+            dst.gpu.push('sweep_weight')

@@ -24,12 +24,12 @@ class Stepper:
         get_config().use_openmp = True
         self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
         scheme.configure_solver(dt=dt, tf=1e9)
-        equations = scheme.get_equations()
+        self.equations = scheme.get_equations()
         self.solver = scheme.get_solver()
         nnps = LinkedListNNPS(dim=scheme.dim, particles=arrays, radius_scale=scheme.kernel.radius_scale, cache=True,
                               fixed_h=True, domain=domain)
         self.solver.set_parallel_manager(None)
-        self.solver.setup(arrays, equations, nnps)
+        self.solver.setup(arrays, self.equations, nnps)
         self.tools = scheme.tools()
         self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
 

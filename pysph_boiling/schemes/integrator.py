@@ -70,25 +70,26 @@ class PBFIntegrator(Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
     The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage, ``runs`` counts how
-    often each was evaluated.
+    often each was evaluated, ``searches`` how often neighbours were.
     """
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
-             frozen=False):
+             frozen=False, skin=0.0):
         """Tell the integrator what was built.
 
         ``stages`` names in the order of the evaluators; ``arrays`` pairs of names and a list that is filled with
         these arrays once the solver has them (also on a restart), first the fluids; ``pairs`` the (dest, source) names
         whose neighbour lists are used; ``conditions`` maps a stage to functions of the fluid arrays, one of which must
         hold for a step to run it (no functions: always); ``heat_limit`` the explicit limit of the heat step [s];
-        ``step_limit`` the largest change of enthalpy in one heat step [J/kg].
+        ``step_limit`` the largest change of enthalpy in one heat step [J/kg]; ``skin`` how much further than the
+        support neighbour lists reach [m].
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]
         self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
-        self.heat_limit, self.step_limit, self.frozen = heat_limit, step_limit, frozen
+        self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
         self.heat_subcycles = 0
-        self.searched = False
+        self.searched, self.searches, self.found = False, 0, []
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
         self.runs = dict.fromkeys(stages, 0)
 
@@ -143,9 +144,16 @@ class PBFIntegrator(Integrator):
         if "density" in self.stages:
             for pa in self.arrays:
                 set_constant(pa, "sweeps", 0.0)
-            yield self.stages["density"]
+            yield self.density()
             if "oscillation" in self.stages:
                 yield from self.oscillation(dt)
+
+    def density(self):
+        """Index of the density sweeps, which begin with plain ones."""
+        for pa in self.arrays:
+            if "sweep_weight" in pa.constants:
+                set_constant(pa, "sweep_weight", (1.0, math.inf, 0.0))
+        return self.stages["density"]
 
     def oscillation(self, dt):
         """The oscillation as often as it is called for, then the density sweeps once more."""
@@ -155,7 +163,7 @@ class PBFIntegrator(Integrator):
         while self.called_for("oscillation"):
             yield self.stages["oscillation"]
         if self.arrays[0].pushes[0] > 0.0:
-            yield self.stages["density"]
+            yield self.density()
 
     def called_for(self, name):
         """Whether the stage was built and the present state needs it."""
@@ -171,10 +179,14 @@ class PBFIntegrator(Integrator):
             yield self.stages["forces"]
 
     def search(self):
-        """One neighbour search at x*; every list that a stage reads is built at once, from these positions."""
-        if self.frozen and self.searched:
-            return
+        """One neighbour search at x*; every list that a stage reads is built at once, from these positions.
+
+        Lists with a skin are kept as long as they hold.
+        """
         start = perf_counter()
+        if self.searched and (self.frozen or (self.skin > 0.0 and self.lists_hold())):
+            self.wall_time["search"] += perf_counter() - start
+            return
         with profile_ctx("nnps.update"):
             self.nnps.update()
             if getattr(self.nnps, "cache", None) and self.arrays[0].gpu is None:
@@ -183,8 +195,16 @@ class PBFIntegrator(Integrator):
                     self.nnps.set_context(names.index(source), names.index(dest))
                     self.nnps.current_cache.find_all_neighbors()
         self.ghosts.search_done()
-        self.searched = True
+        self.searched, self.searches = True, self.searches + 1
+        if self.skin > 0.0:
+            self.found = [(pa.uid.copy(), pa.x.copy(), pa.y.copy(), pa.z.copy()) for pa in self.arrays]
         self.wall_time["search"] += perf_counter() - start
+
+    def lists_hold(self):
+        """Whether the same particles stand where they stood at the last search, to half the skin."""
+        return all(np.array_equal(pa.uid, uid) and
+                   np.max((pa.x - x)**2 + (pa.y - y)**2 + (pa.z - z)**2, initial=0.0) <= 0.25 * self.skin**2
+                   for pa, (uid, x, y, z) in zip(self.arrays, self.found))
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""

@@ -106,6 +106,10 @@ class PBFScheme(Scheme):
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
             material=self.material, gravity=self.gravity, effects=self.effects)
 
+    def skin(self):
+        """How much further than the support neighbour lists reach [m]."""
+        return self.effects["density"].skin * self.spacing if "density" in self.effects else 0.0
+
     def terms(self):
         """Every :class:`Term` of the scheme, with its owner, in the order in which terms stand in their groups."""
         scene = self.scene()
@@ -160,6 +164,7 @@ class PBFScheme(Scheme):
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
         self.solver = StagedSolver(
             kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+        self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
     def get_equations(self):
         scene, terms = self.scene(), self.terms()
@@ -193,7 +198,7 @@ class PBFScheme(Scheme):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
                 ghosts=self.ghosts, pairs=pairs, conditions=conditions, heat_limit=heat_limit, step_limit=step_limit,
-                frozen="density" not in self.effects)
+                frozen="density" not in self.effects, skin=self.skin())
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
                 warnings.warn(sentence, stacklevel=2)

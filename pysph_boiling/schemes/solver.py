@@ -93,9 +93,13 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None):
 
 
 class StagedSolver(Solver):
-    """PySPH's solver with its modules built side by side; ``before_output`` is called before each particle file."""
+    """PySPH's solver with its modules built side by side.
+
+    ``before_output`` is called before each particle file; ``reach`` is how far neighbour lists reach, in supports.
+    """
 
     before_output = None
+    reach = 1.0
 
     def dump_output(self):
         if self.before_output is not None:
@@ -103,6 +107,11 @@ class StagedSolver(Solver):
         super().dump_output()
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
+        if self.reach > 1.0:
+            if nnps.domain.manager.is_periodic or self.in_parallel or any(pa.gpu is not None for pa in particles):
+                raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
+            nnps.radius_scale *= self.reach
+            nnps.domain.set_radius_scale(nnps.radius_scale)
         with vectorised():
             if not self.in_parallel:
                 build_side_by_side(particles, equations, kernel or self.kernel, self.integrator)

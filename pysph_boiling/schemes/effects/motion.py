@@ -45,6 +45,11 @@ class DensityConstraint(Effect):
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
     longest: float = param(0.25, "-", "displacement limit of a sweep, in spacings", above=0.0)
+    acceleration: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
+                                low=0.0, high=0.999)
+    delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
+    skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
+                        "moved half of it", low=0.0, high=1.0)
 
     def __post_init__(self):
         super().__post_init__()
@@ -69,10 +74,15 @@ class DensityConstraint(Effect):
             Property("dpy", "m", "position correction of one sweep"),
             Property("dpz", "m", "position correction of one sweep"),
             Property("limited", "-", "corrections cut by the displacement limiter since the start", "int", True, True),
-        )
+        ) + ((
+            Property("qx", "m", "displacement of the last sweep"),
+            Property("qy", "m", "displacement of the last sweep"),
+            Property("qz", "m", "displacement of the last sweep"),
+        ) if self.acceleration else ())
 
     def constants(self, scene):
-        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0}
+        accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
+        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0} | accelerated
 
     def columns(self, scene):
         return (
@@ -109,8 +119,10 @@ class DensityConstraint(Effect):
                 fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance))
-        yield Term("density.correction", density_constraint.PBFMove(
-            fluid, None, omega=self.omega, longest=self.longest * scene.spacing))
+        move = dict(omega=self.omega, longest=self.longest * scene.spacing)
+        yield Term("density.correction", density_constraint.PBFMoveAccelerated(
+            fluid, None, radius=self.acceleration, delay=self.delay, **move) if self.acceleration
+            else density_constraint.PBFMove(fluid, None, **move))
         gx, gy, gz = scene.gravity
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
 
