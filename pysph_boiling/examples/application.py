@@ -27,6 +27,7 @@ from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
 from pysph_boiling.schemes.effects import check_parameters, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
+from pysph_boiling.schemes.quality import QUALITIES
 
 __all__ = ["SceneApplication", "SceneParameters", "upright_box"]
 
@@ -237,6 +238,8 @@ class SceneApplication(Application):
         group.add_argument("--effects", choices=("scene", "auto"), default="scene",
                            help="the scene's own set of effects, or the set that its arrays call for; switches such as "
                                 "--no-drag hold either way")
+        group.add_argument("--quality", choices=tuple(QUALITIES), default=None,
+                           help="time step and density sweeps of a preset, in place of the scene's own")
         group.add_argument("--results-every", dest="results_every", type=int, default=1,
                            help="steps between two rows of results.npz")
         group.add_argument("--no-pictures", dest="pictures", action="store_false", default=True,
@@ -275,6 +278,8 @@ class SceneApplication(Application):
         if self.num_procs > 1:
             raise ValueError("this version runs on one MPI rank only")
         self.scheme = self.make_scheme(p)
+        if options.quality is not None:
+            self.scheme.set_quality(options.quality)
         self.scheme.effects = effects_in_mode(options.mode, self.scheme.effects)
         self.scheme.consume_user_options(options)
         if options.effects == "auto":
@@ -444,6 +449,7 @@ class SceneApplication(Application):
             "ranks": self.num_procs,
             "seed": self.parameters.seed,
             "mode": options.mode,
+            "quality": options.quality or "scene",
             "dim": scheme.dim,
             "spacing": scheme.spacing,
             "dt": self.solver.dt,

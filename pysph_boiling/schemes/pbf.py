@@ -13,6 +13,7 @@ from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
+from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
 from pysph_boiling.schemes.stages import STAGES, build_stage
 
@@ -33,6 +34,8 @@ class PBFScheme(Scheme):
     gravity : three floats         [m/s^2]; 9.81 downwards if not given.
     hdx : float                    Smoothing length over spacing [-], 1 to 2.
     kernel : PySPH kernel          CubicSpline (if not given) or WendlandQuintic.
+    quality : str                  "draft", "standard" or "reference": time step and sweeps (schemes/quality.py). An
+                                   effect ``density`` that is given keeps its own sweeps.
     **effects                      One effect per slot (``container=BoxContainer(...)``), or ``None`` to leave it out.
                                    ``density=None`` gives a scene that stands still.
 
@@ -44,7 +47,7 @@ class PBFScheme(Scheme):
     material = None
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
-                 density=_DEFAULT, **effects):
+                 quality="standard", density=_DEFAULT, **effects):
         if dim not in (2, 3):
             raise ValueError(f"dim must be 2 or 3, got {dim!r}")
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
@@ -63,7 +66,9 @@ class PBFScheme(Scheme):
         self.kernel = kernel if kernel is not None else CubicSpline(dim=dim)
         self.sites = list(sites)
         self.effects = {}
-        effects["density"] = DensityConstraint() if density is _DEFAULT else density
+        self.set_quality(quality)
+        if density is not _DEFAULT:
+            effects["density"] = density
         self.set_effects(**effects)
         self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
         self.dt = None
@@ -86,6 +91,14 @@ class PBFScheme(Scheme):
             else:
                 self.effects[slot] = effect
         self.effects = {slot: self.effects[slot] for slot in self.slots if slot in self.effects}
+
+    def set_quality(self, name):
+        """Take time step and density sweeps from a preset. Raises ``ValueError`` for a name that is unknown."""
+        if name not in QUALITIES:
+            raise ValueError(f"quality must be one of {', '.join(QUALITIES)}; got {name!r}")
+        quality = QUALITIES[name]
+        self.share = quality.share
+        self.set_effects(density=DensityConstraint(**quality.density))
 
     def derive(self, particles, T=None, candidates=None, asked=None):
         """Choose the effects that a scene of these arrays calls for (:func:`pysph_boiling.schemes.auto.choose`)."""
@@ -130,12 +143,12 @@ class PBFScheme(Scheme):
         self.effects = option_module.apply_options(options, self.effects, self.slots)
         self.set_effects()
 
-    def time_step(self, share=0.07):
-        """Suggested time step [s]: ``share`` of t* = sqrt(spacing/|g|)."""
+    def time_step(self, share=None):
+        """Suggested time step [s]: ``share`` of t* = sqrt(spacing/|g|), that of the quality if not given."""
         fall_time = self.scene().fall_time
         if math.isinf(fall_time):
             raise ValueError("without gravity there is no natural time step: give dt [s]")
-        return share * fall_time
+        return (self.share if share is None else share) * fall_time
 
     def configure_solver(self, kernel=None, integrator_cls=None, extra_steppers=None, *, frame=None, substeps=None,
                          dt=None, **kw):

@@ -1,0 +1,42 @@
+"""Presets: what they set, what they leave alone, and what is refused. Their errors are measured in tests/accuracy."""
+import pytest
+
+from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.schemes.effects import DensityConstraint
+from pysph_boiling.schemes.pbf import PBFScheme
+from pysph_boiling.schemes.quality import QUALITIES
+
+
+def scheme(**given):
+    return PBFScheme(["fluid"], [], dim=2, spacing=0.01, **given)
+
+
+@pytest.mark.parametrize("name", QUALITIES)
+def test_quality_sets_time_step_and_sweeps(name):
+    made, quality = scheme(quality=name), QUALITIES[name]
+    assert made.effects["density"] == DensityConstraint(**quality.density)
+    assert made.time_step() == pytest.approx(quality.share * (0.01 / 9.81) ** 0.5)
+
+
+def test_qualities_are_ordered():
+    draft, standard, reference = (QUALITIES[name] for name in ("draft", "standard", "reference"))
+    assert draft.error > standard.error > reference.error and standard.cost == 1.0
+    assert draft.cost < standard.cost < reference.cost
+
+
+def test_sweeps_that_are_given_are_kept():
+    given = DensityConstraint(max_sweeps=9)
+    assert scheme(quality="draft", density=given).effects["density"] is given
+    assert "density" not in scheme(density=None).effects
+
+
+def test_unknown_quality_is_refused():
+    with pytest.raises(ValueError, match="quality must be one of draft, standard, reference; got 'best'"):
+        scheme(quality="best")
+
+
+def test_scene_takes_a_quality_and_options_refine_it():
+    own, asked = (SteadyBoiling().resolve(["--flat", *more]) for more in (
+        (), ("--quality", "reference", "--density.omega", "0.6")))
+    wanted = DensityConstraint(**QUALITIES["reference"].density, omega=0.6)
+    assert repr(wanted) in asked and repr(wanted) not in own
