@@ -30,10 +30,24 @@ def save_results(path, table):
 
 
 def load_results(path):
-    """Read ``results.npz`` (a file, or the folder it is in) as a dict name -> array (rows,)."""
+    """Read ``results.npz`` (a file, or the folder it is in) as a dict name -> array (rows,).
+
+    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is cut off or is not a results table. Nothing in it is
+    executed.
+    """
     path = Path(path)
-    with np.load(path / "results.npz" if path.is_dir() else path) as data:
-        return {name: data[name] for name in data.files}
+    path = path / "results.npz" if path.is_dir() else path
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            table = {name: data[name] for name in data.files}
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # whatever zipfile, zlib and NumPy make of a broken file
+        raise ValueError(f"{path} is not a complete results table: {error}") from None
+    if len({values.shape for values in table.values()}) != 1 or any(
+            values.ndim != 1 or values.dtype.kind not in "iufb" for values in table.values()):
+        raise ValueError(f"{path} is not a results table: its columns are not rows of numbers of equal length")
+    return table
 
 
 def write_json(path, data):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from pysph_boiling.analysis.files import output_files, read_output
 from pysph_boiling.phases import Phase
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "load_output",
@@ -233,23 +234,19 @@ def needed(name):
 
 
 def _output_files(output_dir, every):
-    from pysph.solver.utils import get_files
-
-    files = get_files(str(output_dir))[:: int(every)]
+    files = output_files(output_dir)[:: int(every)]
     if not files:
-        raise FileNotFoundError(f"no PySPH output (hdf5 or npz) in {output_dir}")
+        raise FileNotFoundError(f"no particle files (HDF5) in {output_dir}")
     return files
 
 
 def load_output(file):
     """Arrays and time [s] of an output file, without the properties that it only names (they would read as zero)."""
-    from pysph.solver.utils import load
-
-    data = load(file)
-    for pa in data["arrays"].values():
+    arrays, solver_data = read_output(file)
+    for pa in arrays.values():
         for name in set(pa.properties) - set(pa.output_property_arrays) - {"x", "y", "z", "tag", "gid", "pid"}:
             pa.remove_property(name)
-    return data["arrays"], float(data["solver_data"]["t"])
+    return arrays, float(solver_data["t"])
 
 
 def _sort_arrays(arrays):

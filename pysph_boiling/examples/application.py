@@ -8,6 +8,7 @@ import dataclasses
 import json
 import os
 import platform
+import shutil
 import sys
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -21,8 +22,8 @@ from pysph.base import kernels
 from pysph.base.nnps import get_number_of_threads
 from pysph.solver.application import Application
 from pysph.solver.tools import Tool
-from pysph.solver.utils import load
 
+from pysph_boiling.analysis.files import last_output, read_output
 from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
 from pysph_boiling.schemes.effects import check_parameters, param
 from pysph_boiling.schemes.effects.venting import VentingTool
@@ -80,11 +81,11 @@ class Resumed:
 
     def __init__(self, file, arrays):
         self.folder = Path(file).parent
-        data = load(file)
-        self.t, self.count = float(data["solver_data"]["t"]), int(data["solver_data"]["count"])
+        found, solver_data = read_output(file)
+        self.t, self.count = float(solver_data["t"]), int(solver_data["count"])
         self.constants = {}
         for pa in arrays:
-            stored = data["arrays"].get(pa.name)
+            stored = found.get(pa.name)
             names = stored.output_property_arrays if stored is not None else []
             if stored is None or set(names) != set(pa.output_property_arrays) or set(pa.constants) - set(
                     stored.constants):
@@ -242,6 +243,9 @@ class SceneApplication(Application):
                            help="time step and density sweeps of a preset, in place of the scene's own")
         group.add_argument("--results-every", dest="results_every", type=int, default=1,
                            help="steps between two rows of results.npz")
+        group.add_argument("--resume", action="store_true", default=False,
+                           help="go on from the last particle file in the output folder, from the start if there is "
+                                "none")
         group.add_argument("--no-pictures", dest="pictures", action="store_false", default=True,
                            help="no plots and pictures at the end")
         group.add_argument("--describe", action="store_true", default=False,
@@ -323,6 +327,10 @@ class SceneApplication(Application):
         restart, self.options.restart_file = self.options.restart_file, None  # we fill our own arrays from it
         if restart is not None and not os.path.isfile(restart):
             raise FileNotFoundError(f"--restart-file: no file {restart}")
+        if self.options.resume:
+            if restart is not None:
+                raise ValueError("--resume and --restart-file contradict each other")
+            restart = last_output(self.options.output_dir or self.output_dir)
         if self.options.post_process is None:
             self._configure_global_config()
             self._prepare()
@@ -372,17 +380,23 @@ class SceneApplication(Application):
             return
         self.setup()
         self.print_header(console)
-        if self.resumed is None and not self.options.disable_output:
-            self._remove_earlier_output()
+        if not self.options.disable_output:
+            for part in Path(self.output_dir).glob(".writing*"):  # what a killed run was writing
+                shutil.rmtree(part, ignore_errors=True)
+            if self.resumed is None:
+                self._remove_earlier_output()
         self.began = perf_counter(), self.solver.count
         try:
             with self.progress.bar:
                 self.solve()
             completed = True
         except KeyboardInterrupt:
-            console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written")
+            console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written: --resume goes on from it")
             self.solver.dump_output()
             completed = False
+        except FloatingPointError:
+            self.save(completed=False)
+            raise
         self.save(completed=completed)
         if completed:
             self.finish(console)

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from pysph_boiling.analysis.files import last_output, output_files
 from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.cli import scene_class
 
-__all__ = ["Result", "Run", "last_output", "perform"]
+__all__ = ["Result", "Run", "perform"]
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,7 @@ class Result:
     @cached_property
     def files(self):
         """Output files, in order of time."""
-        from pysph.solver.utils import get_files
-
-        return get_files(str(self.folder))
+        return output_files(self.folder)
 
     @cached_property
     def times(self):
@@ -93,20 +92,6 @@ def finished(run, folder):
             and bool(json.loads(record.read_text())["completed"]))
 
 
-def last_output(folder):
-    """The newest complete particle file of a run, or ``None``."""
-    from pysph.solver.utils import get_files, load
-
-    for file in reversed(get_files(str(folder)) if Path(folder).is_dir() else []):
-        try:
-            load(file)
-        except Exception:  # a file that was being written when the run was cut off
-            os.remove(file)
-            continue
-        return file
-    return None
-
-
 def start(run, folder, threads):
     """Start the run as a process of its own, from its last output if it was interrupted."""
     folder = Path(folder)
@@ -114,6 +99,8 @@ def start(run, folder, threads):
     marker, asked = folder / "asked.txt", wanted(run)
     last = last_output(folder) if marker.exists() and marker.read_text() == asked else None
     resume = ["--restart-file", last] if last else []
+    for file in output_files(folder)[output_files(folder).index(last) + 1:] if last else []:
+        os.remove(file)  # cut off
     marker.write_text(asked)
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
     with open(folder / "console.txt", "a" if resume else "w") as log:

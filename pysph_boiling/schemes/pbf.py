@@ -12,6 +12,7 @@ from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
+from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
@@ -20,6 +21,7 @@ from pysph_boiling.schemes.stages import STAGES, build_stage
 __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
+SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
 
 class PBFScheme(Scheme):
@@ -53,6 +55,8 @@ class PBFScheme(Scheme):
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
             if not (np.isscalar(value) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be > 0 {unit}, got {value} {unit}")
+        if not SPACINGS[0] <= spacing <= SPACINGS[1]:
+            raise ValueError(f"spacing must lie in [{SPACINGS[0]:g}, {SPACINGS[1]:g}] m, got {spacing} m")
         if not 1.0 <= hdx <= 2.0:
             raise ValueError(f"hdx (smoothing length over spacing) must lie in [1, 2], got {hdx}")
         if not fluids:
@@ -276,7 +280,7 @@ class PBFScheme(Scheme):
 
     def tools(self):
         """PySPH tools of the effects, in the order in which they must act after a step."""
-        return [tool for effect in self.effects.values() for tool in effect.tools(self)]
+        return [Guard(self), *(tool for effect in self.effects.values() for tool in effect.tools(self))]
 
     def describe(self):
         """Text: stages, groups, and which effect asked for each equation."""

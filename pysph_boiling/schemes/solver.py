@@ -11,6 +11,7 @@ import platform
 import shlex
 import subprocess
 import sysconfig
+import tempfile
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -102,9 +103,27 @@ class StagedSolver(Solver):
     reach = 1.0
 
     def dump_output(self):
+        """Write a particle file: into a folder of its own first, so that a run that dies leaves whole files alone.
+
+        Errors: ``OSError`` that names the folder where it cannot be written.
+        """
         if self.before_output is not None:
             self.before_output()
-        super().dump_output()
+        if self.disable_output or self.in_parallel:
+            super().dump_output()
+            return
+        folder = self.output_directory
+        try:
+            with tempfile.TemporaryDirectory(prefix=".writing", dir=folder) as part:
+                self.output_directory = part
+                super().dump_output()
+                for path in Path(part).iterdir():
+                    os.replace(path, Path(folder) / path.name)
+        except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError where it cannot close its file
+            raise OSError(f"the output of t = {self.t:.6g} s cannot be written into {folder}: "
+                          f"{str(error).splitlines()[0]}; earlier output is as it was") from error
+        finally:
+            self.output_directory = folder
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if self.reach > 1.0:

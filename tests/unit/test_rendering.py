@@ -222,7 +222,7 @@ def test_render_run(run_folder, tmp_path):
 def test_render_run_does_not_read_what_was_not_written(run_folder, tmp_path):
     with pytest.raises(ValueError, match="needs the properties T"):
         render_run(run_folder, colour="temperature")
-    with pytest.raises(FileNotFoundError, match="no PySPH output"):
+    with pytest.raises(FileNotFoundError, match="no particle files"):
         render_run(tmp_path)
 
 

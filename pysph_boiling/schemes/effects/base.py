@@ -3,6 +3,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -111,14 +112,16 @@ def check_parameters(instance, label):
             if value not in meta["choices"]:
                 raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}")
             continue
-        if isinstance(value, bool) or isinstance(spec.default, bool):
+        if isinstance(spec.default, bool):
             if not isinstance(value, bool):
                 raise ValueError(f"{name} must be True or False, got {value!r}")
             continue
-        try:
-            numbers = tuple(float(v) for v in value) if isinstance(value, (tuple, list, np.ndarray)) else float(value)
-        except (TypeError, ValueError):
-            raise ValueError(f"{name} must be a number{' in' + unit if unit else ''}, got {value!r}") from None
+        several = isinstance(value, (tuple, list, np.ndarray))
+        if several != isinstance(spec.default, tuple) or not all(
+                isinstance(v, Real) and not isinstance(v, (bool, np.bool_)) for v in (value if several else [value])):
+            raise ValueError(f"{name} must be {'numbers' if isinstance(spec.default, tuple) else 'a number'}"
+                             f"{' in' + unit if unit else ''}, got {value!r}")
+        numbers = tuple(float(v) for v in value) if several else float(value)
         for number in numbers if isinstance(numbers, tuple) else (numbers,):
             for bad, text in (
                 (not math.isfinite(number), "be finite"),
