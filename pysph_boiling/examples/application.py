@@ -8,7 +8,6 @@ import dataclasses
 import json
 import os
 import platform
-import shutil
 import sys
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -381,8 +380,8 @@ class SceneApplication(Application):
         self.setup()
         self.print_header(console)
         if not self.options.disable_output:
-            for part in Path(self.output_dir).glob(".writing*"):  # what a killed run was writing
-                shutil.rmtree(part, ignore_errors=True)
+            for part in Path(self.output_dir).glob("*.part"):  # what a killed run was writing
+                part.unlink()
             if self.resumed is None:
                 self._remove_earlier_output()
         self.began = perf_counter(), self.solver.count

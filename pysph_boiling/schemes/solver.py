@@ -4,6 +4,7 @@ PySPH builds one module per stage, one after the other, about 20 s each on a col
 process first; PySPH then finds all of them in its own cache.
 """
 import functools
+import io
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -11,12 +12,12 @@ import platform
 import shlex
 import subprocess
 import sysconfig
-import tempfile
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
 
 from compyle.ext_module import CONFIG_OPTS, get_openmp_flags
+from pysph.solver.output import HDFOutput
 from pysph.solver.solver import Solver
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
@@ -103,27 +104,25 @@ class StagedSolver(Solver):
     reach = 1.0
 
     def dump_output(self):
-        """Write a particle file: into a folder of its own first, so that a run that dies leaves whole files alone.
+        """Write a particle file of PySPH's, whole or not at all: made in memory, written aside, renamed.
 
-        Errors: ``OSError`` that names the folder where it cannot be written.
+        Errors: ``OSError`` that names the file where it cannot be written. HDF5 itself would crash on a full disk.
         """
         if self.before_output is not None:
             self.before_output()
         if self.disable_output or self.in_parallel:
             super().dump_output()
             return
-        folder = self.output_directory
+        path = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5"
+        part, memory = path.with_suffix(".part"), io.BytesIO()
+        HDFOutput(self.detailed_output, self.output_only_real, None, self.compress_output).dump(
+            memory, self.particles, self._get_solver_data())
         try:
-            with tempfile.TemporaryDirectory(prefix=".writing", dir=folder) as part:
-                self.output_directory = part
-                super().dump_output()
-                for path in Path(part).iterdir():
-                    os.replace(path, Path(folder) / path.name)
-        except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError where it cannot close its file
-            raise OSError(f"the output of t = {self.t:.6g} s cannot be written into {folder}: "
-                          f"{str(error).splitlines()[0]}; earlier output is as it was") from error
-        finally:
-            self.output_directory = folder
+            part.write_bytes(memory.getbuffer())
+            os.replace(part, path)
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if self.reach > 1.0:
