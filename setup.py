@@ -19,9 +19,10 @@ setup(
     keywords="boiling, bubbles, phase change, particles, SPH, PBF, PySPH",
     packages=find_packages(include=["pysph_boiling*"]),
     python_requires=">=3.10",
-    install_requires=["pysph", "cyarray", "numpy", "h5py", "rich", "matplotlib"],
+    package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"]},
+    install_requires=["pysph", "cyarray", "numpy", "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "scipy", "hypothesis", *VIEW],
+        "test": ["pytest", "hypothesis", *VIEW],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": ["pyopencl", "numpy<2.4"],  # numpy 2.4 breaks PySPH's device helper
         "view": VIEW,

@@ -12,152 +12,23 @@ Exits with 1 where a claim that the documentation makes does not hold.
 import argparse
 import itertools
 import json
-import math
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from time import perf_counter
 
-import numpy as np
-from compyle.config import get_config
-from pysph.base.nnps import LinkedListNNPS
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
-from scipy.optimize import brentq
-from scipy.spatial import cKDTree
-from scipy.special import erfc, erfcx, exp1
 
-from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import fluid_block
-from pysph_boiling.phases import Phase, temperature
-from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import BubbleLabels, HeatConduction, LatentPooling, PhaseChange
-
-DX, SUPERHEAT = 1e-3, 20.0  # spacing [m], superheat far away [K]
-OFFSET = np.array([0.13, 0.29, 0.37])  # of the centre from a lattice corner, in spacings: no accidental symmetry
+from pysph_boiling.problems.growth import Growth
 
 
-def growth_constant(dim, stefan):
-    """b of R = 2 b sqrt(alpha t) for a disc (2) or a sphere (3) at equal density; ``stefan`` = c dT/L."""
-    left = {2: lambda b: b * b * math.exp(b * b) * exp1(b * b),
-            3: lambda b: 2.0 * b * b * (1.0 - math.sqrt(math.pi) * b * erfcx(b))}[dim]
-    return brentq(lambda b: left(b) - stefan, 1e-6, 10.0)
+def measured(case):
+    """What a run measured, as one row of the table."""
+    outcome = case.run()
+    return dict(asdict(case), **outcome.errors, **outcome.facts, particles=outcome.particles, steps=outcome.steps,
+                seconds=outcome.seconds)
 
-
-def profile(r, R, b, dim):
-    """(T - T_sat)/(T_far - T_sat) at distance ``r`` from the centre when the bubble has radius ``R``; 0 inside."""
-    s = np.maximum(b * np.asarray(r) / R, b)
-    shape = {2: lambda s: exp1(s * s),
-             3: lambda s: np.exp(-s * s) / s - math.sqrt(math.pi) * erfc(s)}[dim]
-    return 1.0 - shape(s) / shape(b)
-
-
-def ball(radius, dim):
-    """Area of a disc or volume of a sphere."""
-    return math.pi * radius**2 if dim == 2 else 4.0 / 3.0 * math.pi * radius**3
-
-
-@dataclass(frozen=True)
-class Growth:
-    """One run. Lengths in spacings."""
-
-    dim: int = 2
-    stefan: float = 0.3
-    radius: float = 4.0  # at the start
-    growth: float = 2.5  # final radius over that
-    jitter: float = 0.0  # of the particles, in spacings
-    pooled: bool = True
-    interrupt: str = "hold"
-    vapour_as_site: bool = True
-    kinetic_radius: float = 1.4
-
-    def scheme(self):
-        water = WATER_1ATM
-        material = water.with_(name="test fluid", L=water.c_l * SUPERHEAT / self.stefan, c_v=water.c_l,
-                               k_v=1e-6 * water.k_l)  # vapour takes no heat, as in the formula
-        pooled = dict(bubbles=BubbleLabels(), pooling=LatentPooling()) if self.pooled else {}
-        return BoilingScheme(
-            ["fluid"], [], dim=self.dim, spacing=DX, material=material, density=None, heat=HeatConduction(),
-            phases=PhaseChange(interrupt=self.interrupt, vapour_as_site=self.vapour_as_site,
-                               kinetic_radius=self.kinetic_radius), **pooled)
-
-    def start(self, scheme, b):
-        """Particles with the exact profile: vapour in the nearest of them, what is left over stored next to it."""
-        last = self.growth * self.radius
-        reach = DX * math.ceil(last * {2: 2.0, 3: 1.7}[self.dim] / b)  # (T_far - T)/(T_far - T_sat) < 0.5 %
-        centre = DX * OFFSET * (np.arange(3) < self.dim)
-        fluid = fluid_block((-reach,) * 3, (reach,) * 3, spacing=DX, dim=self.dim, rho0=scheme.rho0,
-                            jitter=self.jitter, inside=lambda p: np.linalg.norm(p - centre, axis=1) < reach)
-        scheme.setup_properties([fluid])
-        r = np.linalg.norm(self.points(fluid) - centre, axis=1)
-        L, volume = scheme.material.L, ball(self.radius, self.dim)
-        vapour = np.argsort(r)[:int(volume)]
-        fluid.e[:] = scheme.material.c_l * SUPERHEAT * profile(r, self.radius * DX, b, self.dim)
-        fluid.phase[:] = Phase.SUPERHEATED
-        fluid.e[vapour], fluid.phase[vapour] = L, Phase.VAPOUR
-        near = np.argsort(r)[int(volume):][:int(2.0 * self.dim * self.radius)]
-        fluid.e[near] += (volume - int(volume)) * L / len(near)
-        fluid.T[:] = temperature(fluid.e, fluid.phase, scheme.material)
-        return fluid
-
-    @staticmethod
-    def points(fluid):
-        return np.stack([fluid.x, fluid.y, fluid.z], -1)
-
-    def run(self):
-        """A dict of what was measured."""
-        begun = perf_counter()
-        get_config().use_openmp = True
-        scheme, b = self.scheme(), growth_constant(self.dim, self.stefan)
-        fluid, material = self.start(scheme, b), scheme.material
-        alpha = material.k_l / (material.rho_l * material.c_l)
-        times = (DX * self.radius * np.array([1.0, self.growth]) / (2.0 * b)) ** 2 / alpha
-        steps = math.ceil(np.ptp(times) / scheme.effects["heat"].step_limit(scheme.scene()))
-        scheme.configure_solver(dt=np.ptp(times) / steps, tf=1.0)
-        equations, solver = scheme.get_equations(), scheme.get_solver()
-        nnps = LinkedListNNPS(dim=self.dim, particles=[fluid], radius_scale=scheme.kernel.radius_scale, cache=True,
-                              fixed_h=True)
-        solver.set_parallel_manager(None)
-        solver.setup([fluid], equations, nnps)
-        energy, hottest = np.sum(fluid.m * fluid.e), 0.0
-
-        def step():
-            solver.integrator.step(0.0, scheme.dt)
-            return (np.max(fluid.T) - material.T_sat) / SUPERHEAT - 1.0
-
-        for _ in range(steps):
-            hottest = max(hottest, step())
-        vapour, stored = fluid.phase == Phase.VAPOUR, fluid.phase == Phase.TRANSITION
-        place = self.points(fluid)
-        place -= place[vapour].mean(0)
-        exact, found = ball(self.growth * self.radius, self.dim), float(vapour.sum())
-        latent = found + fluid.e[stored].sum() / material.L
-        result = dict(
-            asdict(self), particles=len(fluid.e), steps=steps, vaporised=int(fluid.vaporised.sum()),
-            error=found / exact - 1.0, ahead=self.growth * self.radius * ((found / exact) ** (1.0 / self.dim) - 1.0),
-            latent_error=latent / exact - 1.0, roundness=roundness(place, vapour),
-            stored=(latent - found) / exact, hottest=hottest, interrupted=int(fluid.interrupted.sum()))
-        before = np.sum(fluid.m * fluid.e)
-        fluid.e[vapour], fluid.phase[vapour] = 0.0, Phase.SUPERHEATED  # the bubble departs, liquid takes its place
-        energy += np.sum(fluid.m * fluid.e) - before
-        step()  # the interruption
-        hidden = np.minimum(fluid.e, fluid.e_lat).sum() if self.interrupt == "hold" else 0.0
-        result.update(departure=max(step() for _ in range(20)), hidden=hidden / (exact * material.L))
-        result["energy"] = float(abs(np.sum(fluid.m * fluid.e) / energy - 1.0))
-        result["seconds"] = perf_counter() - begun
-        return {name: value.item() if isinstance(value, np.generic) else value for name, value in result.items()}
-
-
-def roundness(place, vapour):
-    """Standard deviation of the radius of the outermost vapour, over its mean: 0 for a circle or a sphere."""
-    inner = place[vapour]
-    distance, _ = cKDTree(place[~vapour]).query(inner)
-    r = np.linalg.norm(inner[distance < 1.3 * DX], axis=1)
-    return float(np.std(r) / np.mean(r))
-
-
-# --- the table --------------------------------------------------------------------------------------------------------
 
 BASE = Growth()
 SPHERE = replace(BASE, dim=3, growth=2.0)
@@ -255,7 +126,7 @@ def main(argv=None):
 
     cases, rows, console = list(dict.fromkeys(quick_cases() if options.quick else all_cases())), [], Console(width=160)
     for number, case in enumerate(cases, 1):
-        rows.append(case.run())
+        rows.append(measured(case))
         console.print(f"{number}/{len(cases)} {rows[-1]['seconds']:.0f} s", highlight=False)
     rows.sort(key=lambda row: (row["dim"], -row["stefan"], not row["vapour_as_site"], row["kinetic_radius"],
                                row["interrupt"] != "hold", not row["pooled"], row["jitter"], row["radius"]))

@@ -102,12 +102,36 @@ def reproduce(arguments):
     command(arguments)
 
 
+def accuracy(arguments):
+    """What accuracy costs in time."""
+    from pysph_boiling.accuracy.command import accuracy as command
+
+    command(arguments)
+
+
+def validate(arguments):
+    """Compare the model with formulas, experiments and its own stored statistics."""
+    from pysph_boiling.validation import validate as command
+
+    command(arguments)
+
+
+def stress(arguments):
+    """Run hard cases and judge whether they stay stable."""
+    from pysph_boiling.stress.command import stress as command
+
+    command(arguments)
+
+
 USAGE = """usage: pysph-boiling COMMAND [options]
 
   list                 the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again
   reproduce [FIGURE]   the paper's figures and tables, all or those named (--quick: small scenes)
+  accuracy [STUDY]     what accuracy costs in time on this machine (--quick: small scenes)
+  validate [CASE]      the model against formulas, experiments and stored statistics (--quick: coarse)
+  stress [CASE]        hard cases, and whether they stay stable (--quick: short forms)
   --version
 """
 
@@ -118,7 +142,8 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": lambda _: list_scenes(), "run": run, "render": render, "reproduce": reproduce}
+    commands = {"list": lambda _: list_scenes(), "run": run, "render": render, "reproduce": reproduce,
+                "accuracy": accuracy, "validate": validate, "stress": stress}
     if command == "--version":
         from pysph_boiling import __version__
 
@@ -141,6 +166,12 @@ def main(argv=None):
         elif "pip install" not in str(error):
             raise
         print(f"pysph-boiling: {error}", file=sys.stderr)
+        return 2
+    except FloatingPointError as error:
+        print(f"pysph-boiling: {error}", file=sys.stderr)
+        return 1
+    except ArithmeticError as error:
+        print(f"pysph-boiling: these parameters lead to numbers beyond all range ({error})", file=sys.stderr)
         return 2
     except AssertionError as error:
         print(f"pysph-boiling: the final check failed: {error}", file=sys.stderr)

@@ -58,6 +58,9 @@ EDGES = (
 def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     """Temperature [K] of particles, the NumPy twin of the kernel helper ``boiling_temperature``.
 
+    A particle in transition is at T_sat while its enthalpy is that of the transition; beyond, until its phase changes
+    at the end of the heat steps, it warms or cools like what it becomes: at T_sat it would take heat without end.
+
     Parameters
     ----------
     e : array (n,)      Specific enthalpy [J/kg], 0 for saturated liquid.
@@ -70,7 +73,8 @@ def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     excess = np.where(e < 0.0, e, np.maximum(e - e_lat, 0.0))
     liquid = material.T_sat + excess / material.c_l
     vapour = material.T_sat + np.where(e < material.L, subcooling, 1.0) * (e - material.L) / material.c_v
-    return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, material.T_sat, liquid))
+    transition = material.T_sat + np.minimum(e, 0.0) / material.c_l + np.maximum(e - material.L, 0.0) / material.c_v
+    return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, transition, liquid))
 
 
 def enthalpy(T, material):

@@ -43,7 +43,6 @@ def main():
     fluid = fluid_array(job.fluid, **common)
     wall = wall_array(job.wall, kernel=scheme.kernel, **common)
     scheme.setup_properties([fluid, wall])
-    fluid.aw[:] = -job.gravity  # a step ends with the forces for the next: the first would have none
     stepper = Stepper(scheme, [fluid, wall], dt=job.dt)
     job.begin_now()
     for _ in range(job.steps):

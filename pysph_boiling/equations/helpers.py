@@ -41,6 +41,8 @@ def boiling_kernel_slope(q=0.0, c3=0.0, c4=0.0, c5=0.0, c1=0.0):
 def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0, subcooling=1.0):
     """Temperature [K] from specific enthalpy [J/kg]; the compiled twin of :func:`pysph_boiling.phases.temperature`."""
     T = T_sat
+    if phase == 1:
+        T = T_sat + min(e, 0.0) / c_l + max(e - L, 0.0) / c_v
     if phase == 3:
         if e < L:
             T = T_sat + subcooling * (e - L) / c_v

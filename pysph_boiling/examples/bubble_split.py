@@ -53,7 +53,7 @@ class BubbleSplit(BubbleRise):
         scheme.set_effects(
             tension=Cohesion(strength=p.cohesion),
             oscillation=Oscillation(form="hysteresis", omega=0.2, longest=p.push),
-            venting=Venting(mode="lid", share=0.3, steps=6))  # eddies open gaps, in which vapour is free for a moment
+            venting=Venting(mode="lid", share=1.0, steps=6))  # eddies open gaps, in which vapour is free for a moment
         return scheme
 
     def flow(self, x, height, p):

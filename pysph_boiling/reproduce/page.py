@@ -2,10 +2,11 @@
 import base64
 import re
 from collections import Counter
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-__all__ = ["COUNTS", "VERDICTS", "label", "origin", "sentence", "write_page"]
+__all__ = ["COUNTS", "VERDICTS", "Wording", "label", "origin", "sentence", "write_page"]
 
 VERDICTS = {True: "agrees", False: "disagrees", None: "cannot tell"}
 COUNTS = {True: "agree", False: "disagree", None: "cannot be told"}
@@ -68,31 +69,54 @@ nav td:last-child { padding-right: 0; }
 """.strip()
 
 
-def write_page(sections, root, *, quick=False):
+@dataclass(frozen=True)
+class Wording:
+    """What a page says of itself; as it stands, that of ``pysph-boiling reproduce``.
+
+    ``intro`` is HTML, in which ``{form}`` becomes ``quick`` in the quick form and nothing in the full one; ``counted``
+    says what the statements are; ``sides`` head their two columns.
+    """
+
+    title: str = "Boiling: the paper, reproduced"
+    intro: str = ("Each figure and table of <cite>Physically Based Boiling Simulation with Thermally Driven Dynamic "
+                  "Nucleation</cite>, next to what pysph_boiling shows for it. Boiling is chaotic: figures over "
+                  "several seeds are given as mean (lowest to highest). {form}A disagreement is a finding and says "
+                  "why.")
+    quick: str = ("This is the quick form: small scenes that show that everything works; the full form has the paper's "
+                  "size. ")
+    counted: str = "statements of the paper"
+    sides: tuple[str, str] = ("the paper", "ours")
+    command: str = "reproduce"
+
+
+PAPER = Wording()
+
+
+def write_page(sections, root, *, quick=False, wording=PAPER):
     """Write ``index.html`` into ``root`` from the sections, whose files lie in ``root/<key>``; returns its path.
 
     Errors: ``FileNotFoundError`` for a picture or data file that is not there, ``ValueError`` for a picture that is
     neither PNG, GIF nor MP4.
     """
     root = Path(root)
-    body = [*head(sections, quick), *contents(sections), "<main>"]
+    body = [*head(sections, quick, wording), *contents(sections), "<main>"]
     for section in sections:
-        body += one_section(section, root / section.key, quick)
+        body += one_section(section, root / section.key, quick, wording)
     body += ["</main>", *foot(sections)]
     path = root / "index.html"
     path.write_text("\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        "<title>Boiling: the paper, reproduced</title>", f"<style>\n{STYLE}\n</style>", "</head>",
+        f"<title>{escape(wording.title)}</title>", f"<style>\n{STYLE}\n</style>", "</head>",
         '<body id="top">', *body, "</body>", "</html>", ""]), encoding="utf-8")
     return path
 
 
 def label(key):
-    """``fig14`` as readers write it: Fig. 14."""
-    kind, number = re.fullmatch(r"([a-z]+)(\d+)", key).groups()
-    return f"{dict(fig='Fig.', table='Table')[kind]} {number}"
+    """``fig14`` as readers write it: Fig. 14; nothing for a section that is no figure or table of the paper."""
+    found = re.fullmatch(r"(fig|table)(\d+)", key)
+    return f"{dict(fig='Fig.', table='Table')[found[1]]} {found[2]}" if found else ""
 
 
 def origin(record):
@@ -104,15 +128,11 @@ def origin(record):
 # --- parts ------------------------------------------------------------------------------------------------------------
 
 
-def head(sections, quick):
+def head(sections, quick, wording):
     total = [statement for section in sections for statement in section.statements]
-    form = ("This is the quick form: small scenes that show that everything works; the full form has the paper's size. "
-            if quick else "")
-    return ["<header>", "<h1>Boiling: the paper, reproduced</h1>",
-            "<p>Each figure and table of <cite>Physically Based Boiling Simulation with Thermally Driven Dynamic "
-            "Nucleation</cite>, next to what pysph_boiling shows for it. Boiling is chaotic: figures over several "
-            f"seeds are given as mean (lowest to highest). {form}A disagreement is a finding and says why.</p>",
-            f"<p>Of {len(total)} statements of the paper: {counted(total)}.</p>", "</header>"]
+    return ["<header>", f"<h1>{escape(wording.title)}</h1>",
+            f"<p>{wording.intro.replace('{form}', wording.quick if quick else '')}</p>",
+            *([f"<p>Of {len(total)} {wording.counted}: {counted(total)}.</p>"] if total else []), "</header>"]
 
 
 def contents(sections):
@@ -121,35 +141,36 @@ def contents(sections):
     return ["<nav>", "<table>", "<tbody>", *rows, "</tbody>", "</table>", "</nav>"]
 
 
-def one_section(section, folder, quick):
+def one_section(section, folder, quick, wording):
     parts = [f'<section id="{section.key}">',
-             f"<h2><small>{label(section.key)}</small>{text(bare_title(section))}</h2>"]
+             f"<h2>{f'<small>{label(section.key)}</small>' * bool(label(section.key))}{text(bare_title(section))}</h2>"]
     parts += [f"<p>{text(' '.join(paragraph.split()))}</p>" for paragraph in section.text.split("\n\n")
               if paragraph.strip()]
     parts += [line for picture in section.pictures for line in media(picture, folder)]
     if section.statements:
-        parts += statements(section.statements)
+        parts += statements(section.statements, wording.sides)
     for one in section.tables:
         rows = [[text(str(cell)) for cell in row] for row in one.rows]
         numbers = [k for k in range(len(one.columns)) if rows and all(is_number(str(row[k])) for row in one.rows)]
         parts += table([text(name) for name in one.columns], rows, numbers, text(one.caption))
     if section.data:
         parts.append("<p>Data: " + ", ".join(data_file(folder / name) for name in section.data) + "</p>")
-    command = f"pysph-boiling reproduce {section.key}" + " --quick" * quick
+    command = f"pysph-boiling {wording.command} {section.key}" + " --quick" * quick
     runs = list(dict.fromkeys(section.commands))
-    parts += ["<details>", f"<summary>Commands ({len(runs)} {'run' if len(runs) == 1 else 'runs'})</summary>",
+    count = f"Commands ({len(runs)} {'run' if len(runs) == 1 else 'runs'})" if runs else "Command"
+    parts += ["<details>", f"<summary>{count}</summary>",
               f"<pre>{escape(chr(10).join([command, *runs]))}</pre>", "</details>",
               '<p><a href="#top">Contents</a></p>', "</section>"]
     return parts
 
 
-def statements(rows):
-    parts = ['<table class="statements">', '<thead><tr><th scope="col">the paper</th><th scope="col">ours</th>'
+def statements(rows, sides):
+    parts = ['<table class="statements">', f'<thead><tr><th scope="col">{sides[0]}</th><th scope="col">{sides[1]}</th>'
              '<th scope="col" class="verdict">verdict</th></tr></thead>', "<tbody>"]
     for row in rows:
         why = f'<p class="why">{text(sentence(row.why))}</p>' if row.why else ""
-        parts.append(f'<tr><td data-label="the paper">{text(sentence(row.paper))}</td>'
-                     f'<td data-label="ours">{text(sentence(row.ours))}{why}</td>'
+        parts.append(f'<tr><td data-label="{sides[0]}">{text(sentence(row.paper))}</td>'
+                     f'<td data-label="{sides[1]}">{text(sentence(row.ours))}{why}</td>'
                      f'<td data-label="verdict" class="verdict {css(row.agrees)}">{VERDICTS[row.agrees]}</td></tr>')
     return [*parts, "</tbody>", "</table>"]
 

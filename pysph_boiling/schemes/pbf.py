@@ -10,7 +10,7 @@ from pysph.sph.scheme import Scheme
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
-from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint, Scene
+from pysph_boiling.schemes.effects import EFFECTS, Scene
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -102,7 +102,7 @@ class PBFScheme(Scheme):
             raise ValueError(f"quality must be one of {', '.join(QUALITIES)}; got {name!r}")
         quality = QUALITIES[name]
         self.share = quality.share
-        self.set_effects(density=DensityConstraint(**quality.density))
+        self.set_effects(density=quality.density)
 
     def derive(self, particles, T=None, candidates=None, asked=None):
         """Choose the effects that a scene of these arrays calls for (:func:`pysph_boiling.schemes.auto.choose`)."""

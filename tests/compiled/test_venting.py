@@ -87,7 +87,7 @@ def pool(request):
 
 
 @pytest.mark.parametrize("mode", sorted(SETTING))
-@pytest.mark.parametrize("share, last, first", [(0.05, 0, 1), (0.25, 4, 5), (1.0, 19, 20)])
+@pytest.mark.parametrize("share, last, first", [(0.05, 0, 1), (0.5, 2, 3), (1.0, 4, 5)])  # of sqrt(20) = 4.5
 def test_a_bubble_leaves_when_its_share_is_free_and_not_before(mode, share, last, first):
     pool = Pool(mode, share=share)
     pool.free(big=last)

@@ -84,6 +84,12 @@ class DensityConstraint(Effect):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
         return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0} | accelerated
 
+    def prepare(self, scene, arrays):
+        """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
+        for name in scene.fluids:
+            for axis, g in zip(("au", "av", "aw"), scene.gravity):
+                arrays[name].get(axis)[:] = g
+
     def columns(self, scene):
         return (
             Column("sweeps", "-", "density sweeps of the last step",

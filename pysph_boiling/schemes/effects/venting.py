@@ -23,7 +23,8 @@ class Venting(Effect):
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
-    share: float = param(0.05, "-", "a bubble leaves once this share of it is free", above=0.0, high=1.0)
+    share: float = param(0.15, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are free",
+                         above=0.0, high=1.0)
     steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0)
     cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
@@ -73,9 +74,11 @@ class Venting(Effect):
 class VentingTool(Tool):
     """Vents whole bubbles after the step, and books their mass and enthalpy.
 
-    A bubble leaves once ``share`` of its particles have been free for ``steps`` steps. Mode ``"lid"`` returns its
-    particles, where they are and at rest, as liquid at ``T_feed``; the difference of enthalpy has left through the
-    lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts) is carried on as a constant.
+    A bubble leaves once enough of its particles have been free for ``steps`` steps. What is free is the top of it, so
+    ``share`` is in units of N^(1 - 1/dim), not of N: a bubble of 160 had 6 free ones when it had left the water. Mode
+    ``"lid"`` returns its particles, where they are and at rest, as liquid at ``T_feed``; the difference of enthalpy has
+    left through the lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts) is carried
+    on as a constant.
     """
 
     def __init__(self, effect, scheme):
@@ -93,7 +96,8 @@ class VentingTool(Tool):
         bubble = (label != NO_BUBBLE) & (gather(arrays, "phase") == Phase.VAPOUR)
         names, index, size = np.unique(label[bubble], return_inverse=True, return_counts=True)
         released = np.bincount(index, weights=free[bubble] >= self.effect.steps, minlength=len(names))
-        leaving = (released > 0) & (released >= self.effect.share * size)
+        surface = size ** (1.0 - 1.0 / self.scheme.dim)
+        leaving = (released > 0) & (released >= self.effect.share * surface)
         if not leaving.any():
             return
         gone = np.zeros(len(label), bool)

@@ -1,0 +1,1 @@
+"""What accuracy costs in time: the command ``pysph-boiling accuracy``."""

@@ -1,0 +1,43 @@
+"""A bubble that rises: see README.md beside this file."""
+import numpy as np
+
+from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
+from pysph_boiling.problems.bubble_rise import BubbleRise
+from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.schemes.effects import DensityConstraint
+
+
+def run(quick):
+    starts = 1 if quick else 3
+    made = {"default": BubbleRise(starts=starts), "half the step": BubbleRise(starts=starts, share=0.035)}
+    if not quick:
+        for sweeps in (4, 8):
+            made[f"{sweeps} sweeps"] = BubbleRise(starts=starts, density=DensityConstraint(
+                min_sweeps=sweeps, max_sweeps=sweeps))
+        for cells in (9, 12):
+            made[f"{2 * cells} mm"] = BubbleRise(starts=2, cells=cells, diameter=0.002 * cells)
+    return {name: (problem, problem.run()) for name, problem in made.items()}
+
+
+def rows(outcomes):
+    speed = {name: one.facts["speed"] for name, (_, one) in outcomes.items()}  # over sqrt(g diameter)
+    base = speed["default"]
+    yield "step", speed["half the step"] / base - 1.0, f"{speed['half the step']:.2f} against {base:.2f} √(g d)"
+    if "4 sweeps" in speed:
+        changes = [speed[name] / base - 1.0 for name in ("4 sweeps", "8 sweeps")]
+        yield "sweeps", max(changes, key=abs), ", ".join(f"{100.0 * change:+.0f}" for change in changes) + " %"
+        sizes = [outcomes[name][0].diameter for name in ("default", "18 mm", "24 mm")]
+        law = np.polyfit(np.log(sizes), np.log([speed[name] * d**0.5 for name, d in zip(
+            ("default", "18 mm", "24 mm"), sizes)]), 1)[0]
+        yield "law", law, f"{law:.2f}; speeds " + ", ".join(
+            f"{speed[name]:.2f}" for name in ("default", "18 mm", "24 mm")) + " √(g d)"
+    for row, error in (("steady", "unsteady"), ("whole", "shredded")):
+        yield row, outcomes["default"][1].errors[error], f"{100.0 * outcomes['default'][1].errors[error]:.0f} %"
+
+
+def draw(outcomes, path):
+    with plot(path) as ax:
+        for (name, (_, one)), colour in zip(outcomes.items(), (ORANGE, BLUE, GREEN, PURPLE, "#B0B5BC", "#5A6472")):
+            ax.plot(one.curves["t sqrt(g/d) [-]"], one.curves["height [diameters]"], color=colour, label=name)
+        ax.set(xlabel="time √(g/d) [-]", ylabel="height [diameters]", title="bubbles of 12 mm, and of other sizes")
+        ax.legend()

@@ -1,0 +1,173 @@
+"""Every case of ``pysph-boiling validate``: each row within the bounds of its README; and the page made of them."""
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pysph_boiling import validation
+
+CASES = validation.cases()
+ROOT = Path(__file__).parents[2]
+HEADING = "| " + " | ".join(validation.COLUMNS) + " |\n" + "|---" * len(validation.COLUMNS) + "|\n"
+LONG = {"trends"}  # half a minute even in the quick form
+
+
+@pytest.mark.parametrize("name, quick", [
+    *(pytest.param(name, True, marks=[pytest.mark.slow] * (name in LONG), id=f"{name}-quick") for name in CASES),
+    *(pytest.param(name, False, marks=pytest.mark.slow, id=name) for name in CASES)])
+def test_case(name, quick, tmp_path):
+    """A row that fails must be known to, and one that is known to fail must fail in the full form."""
+    rows = validation.measure(CASES[name], quick, tmp_path / "picture.png")
+    assert rows and (tmp_path / "picture.png").stat().st_size > 10_000
+    for row in rows:
+        shown = f"{row.case}, {row.bounds.what}: {row.found}, bounds {row.bounds.text}"
+        assert row.holds or row.bounds.excuse, shown
+        assert quick or not (row.holds and row.bounds.excuse), f"no longer fails: {shown}"
+
+
+# --- the cases as they are written ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_readme_names_formula_and_bounds(name):
+    text = (CASES[name] / "README.md").read_text(encoding="utf-8")
+    assert text.startswith("# ") and "problems/" in text
+    assert validation.read_bounds(CASES[name] / "README.md")
+
+
+def test_tests_that_the_page_names_exist():
+    commands = re.findall(r"`pytest ([^`]*)`", (validation.FOLDER / "covered.md").read_text(encoding="utf-8"))
+    assert len(commands) > 10
+    for command in commands:
+        assert (ROOT / command.split()[-1].split("::")[0]).exists(), command
+
+
+@pytest.mark.parametrize("row, message", [
+    ("| a | truth | x | y | 0 | 1 | because | |", "kind must be one of"),
+    ("| a | validation | x | y | | | because | |", "no bounds"),
+    ("| a | validation | x | y | 0 | 1 | | |", "no reason"),
+    ("| a | validation | x | y | 0 | 1 | because | |\n| `a` | validation | x | y | 0 | 1 | because | |", "given twice"),
+])
+def test_row_without_bounds_or_reason_is_refused(row, message, tmp_path):
+    (tmp_path / "README.md").write_text(HEADING + row + "\n")
+    with pytest.raises(ValueError, match=message):
+        validation.read_bounds(tmp_path / "README.md")
+
+
+def test_another_table_is_refused(tmp_path):
+    (tmp_path / "README.md").write_text("| a | b |\n|---|---|\n| 1 | 2 |\n")
+    with pytest.raises(ValueError, match="must have the columns"):
+        validation.read_bounds(tmp_path / "README.md")
+
+
+# --- the command, on a made-up case -----------------------------------------------------------------------------------
+
+
+CASE = """
+from pysph_boiling.reproduce.pictures import plot
+
+def run(quick):
+    return quick
+
+def rows(quick):
+    yield "good", 0.5, "0.5"
+    yield "known", 3.0, "3"
+    if not quick:
+        yield "other", {other}, "measured"
+
+def draw(quick, path):
+    with plot(path) as ax:
+        ax.plot([1, 2], [3, 4])
+"""
+README = """# A made-up case
+
+""" + HEADING + """| `good` | validation | half of 1, \\|x\\| | 1/2 | 0.4 | 0.6 | because | |
+| `known` | validation | a third | 1/3 | | 1 | because | it was never good |
+| `other` | regression | something | stored | -1 | | because | |
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A folder of cases with one in it; its third row measures ``other``."""
+    def make(other="0.0"):
+        folder = tmp_path / "tests" / "validation"
+        (folder / "made_up").mkdir(parents=True)
+        (folder / "made_up" / "README.md").write_text(README)
+        (folder / "made_up" / "case.py").write_text(CASE.format(other=other))
+        (folder / "intro.md").write_text("What this is.\n")
+        (folder / "covered.md").write_text("## Covered by tests\n")
+        monkeypatch.setattr(validation, "FOLDER", folder)
+        monkeypatch.chdir(tmp_path)
+        return tmp_path
+
+    return make
+
+
+def test_page_keeps_the_kinds_apart_and_shows_what_fails(checkout):
+    root = checkout()
+    validation.validate(["--json", "rows.json"])
+    page = (root / "docs" / "validation.md").read_text(encoding="utf-8")
+    first, second = page.split("## Regression")
+    assert "half of 1" in first and "something" not in first and "something" in second
+    assert "**fails**: it was never good" in first and page.count("| holds |") == 2
+    assert "3 rows" in page and "1 of which fail" in page
+    assert (root / "docs" / "images" / "validation_made_up.png").exists() and "images/validation_made_up.png" in page
+    assert "(../tests/validation/made_up/README.md)" in page
+    written = json.loads((root / "rows.json").read_text())
+    assert [row["holds"] for row in written["rows"]] == [True, False, True]
+    assert written["rows"][0]["command"] == "pysph-boiling validate made_up"
+
+
+def test_case_that_is_run_alone_leaves_the_others_as_they_are(checkout):
+    root = checkout()
+    folder = root / "tests" / "validation"
+    shutil.copytree(folder / "made_up", folder / "other")
+    validation.validate([])
+    (folder / "other" / "case.py").write_text(CASE.format(other="1.0").replace('"measured"', '"measured anew"'))
+    (folder / "made_up" / "case.py").write_text("broken")
+    validation.validate(["other"])
+    page = (root / "docs" / "validation.md").read_text(encoding="utf-8")
+    assert "6 rows, 2 of which fail" in page
+    assert page.count("| measured |") == 1 and page.count("| measured anew |") == 1
+    shutil.rmtree(folder / "made_up")
+    validation.validate(["other"])
+    assert "3 rows, 1 of which" in (root / "docs" / "validation.md").read_text(encoding="utf-8")
+
+
+def test_quick_form_leaves_the_documentation_alone(checkout):
+    root = checkout()
+    validation.validate(["--quick"])
+    assert not (root / "docs").exists()
+    assert "quick form" in (root / "validate" / "validation.md").read_text()
+
+
+@pytest.mark.parametrize("value", ["-2.0", "float('nan')"])
+def test_row_that_fails_unexpectedly_ends_the_command(checkout, value):
+    root = checkout(value)
+    with pytest.raises(AssertionError, match="made_up: something: measured"):
+        validation.validate([])
+    assert "| **fails** |" in (root / "docs" / "validation.md").read_text()
+
+
+def test_rows_and_readme_must_agree(checkout, tmp_path):
+    root = checkout()
+    folder = root / "tests" / "validation" / "made_up"
+    (folder / "README.md").write_text(README.replace("`other`", "`another`"))
+    with pytest.raises(ValueError, match="row 'other' is not in its README"):
+        validation.measure(folder, quick=False)
+    (folder / "README.md").write_text(README + "| `more` | validation | x | y | 0 | 1 | because | |\n")
+    with pytest.raises(ValueError, match="nothing was measured for more"):
+        validation.measure(folder, quick=False)
+    assert len(validation.measure(folder, quick=True)) == 2
+
+
+def test_unknown_case_and_missing_checkout_are_told(checkout, tmp_path, monkeypatch):
+    checkout()
+    with pytest.raises(ValueError, match="no case 'nonsense'; there are: made_up"):
+        validation.validate(["nonsense"])
+    monkeypatch.setattr(validation, "FOLDER", tmp_path / "elsewhere")
+    with pytest.raises(ValueError, match="works in a checkout"):
+        validation.validate([])
