@@ -11,10 +11,18 @@ from pysph.base.utils import get_particle_array
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "cylinder_vessel", "fluid_array", "fluid_block", "lattice_density", "site_array", "sites_on_base", "wall_array",
+    "cylinder_vessel", "fluid_array", "fluid_block", "host", "lattice_density", "site_array", "sites_on_base",
+    "wall_array",
 ]
 
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
+
+
+def host(pa, name):
+    """A property of the real particles of one array, on the host."""
+    if pa.gpu is not None:
+        pa.gpu.pull(name)
+    return pa.get(name, only_real_particles=True)
 
 
 @dataclass(frozen=True)

@@ -173,7 +173,7 @@ class RiseMixin(SingleBubble):
     """One bubble."""
 
     scene = "bubble_rise"
-    small = ("--flat", "--width", "20", "--fill", "26", "--duration", "0.36")
+    small = ("--flat", "--width", "20", "--fill", "30", "--duration", "0.42")
 
 
 class Figure7(RiseMixin):

@@ -5,8 +5,8 @@ decided; between the two, one number a bubble is all that the host computes.
 """
 import numpy as np
 
+from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.effects.base import host
 
 __all__ = ["Vapour"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 
 from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.particles import host
 from pysph_boiling.problems.stepper import Stepper
-from pysph_boiling.schemes.effects.base import host
 
 __all__ = ["Case", "Run", "Setup", "simulate"]
 

@@ -8,13 +8,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
     "EFFECTS", "Column", "Effect", "Flow", "Scene", "any_vapour", "check_parameters", "constant", "cumulative",
-    "gather", "host", "param", "total",
+    "gather", "param", "total",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
@@ -230,13 +230,6 @@ def total(arrays, name, carried=True):
         if carried and f"carried_{name}" in pa.constants:
             value += float(pa.constants[f"carried_{name}"].get_npy_array()[0])
     return value
-
-
-def host(pa, name):
-    """A property of the real particles of one array, on the host."""
-    if pa.gpu is not None:
-        pa.gpu.pull(name)
-    return pa.get(name, only_real_particles=True)
 
 
 def gather(arrays, name):

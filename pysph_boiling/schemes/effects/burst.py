@@ -5,9 +5,9 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import dynamic_nucleation
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.effects.base import Effect, cumulative, host, param
+from pysph_boiling.schemes.effects.base import Effect, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["DynamicNucleation"]

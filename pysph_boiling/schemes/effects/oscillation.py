@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import oscillation
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.effects.base import Column, Effect, constant, host, param
+from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour

@@ -5,8 +5,8 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import pooling
-from pysph_boiling.particles import NO_BUBBLE, Property
-from pysph_boiling.schemes.effects.base import Effect, host
+from pysph_boiling.particles import NO_BUBBLE, Property, host
+from pysph_boiling.schemes.effects.base import Effect
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour
 

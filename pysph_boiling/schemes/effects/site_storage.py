@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import site_storage
-from pysph_boiling.particles import Property
-from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, host, param, total
+from pysph_boiling.particles import Property, host
+from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, total
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["SiteStorage"]

@@ -23,7 +23,7 @@ class Venting(Effect):
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
-    share: float = param(0.15, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are free",
+    share: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are free",
                          above=0.0, high=1.0)
     steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0)
