@@ -17,6 +17,7 @@ from pysph_boiling.equations import heat
 from pysph_boiling.examples.heated_slab import HeatedSlab
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import AmbientLoss, HeatConduction, Heater
+from pysph_boiling.schemes.effects.heat import HeaterSwitch
 
 ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
 RHO0, T0, CAPACITY, CONDUCTIVITY = 958.0, 373.15, 4216.0, 0.679
@@ -253,10 +254,11 @@ def test_switch_turns_the_heater_off_before_the_step_that_starts_then(name, form
     fluid, wall, spacing = cloud(2)
     never, until = (scheme(name, dim=2, spacing=spacing, changes=dict(heater=Heater(**form, until=until)))
                     for until in (None, 0.3))
-    assert never.tools() == []
+    assert not [tool for tool in never.tools() if isinstance(tool, HeaterSwitch)]
     until.setup_properties([fluid, wall])
     until.arrays.append(fluid)  # as the solver does
-    (switch,), solver, seen = until.tools(), SimpleNamespace(t=0.0, dt=0.1), []
+    switch, = (tool for tool in until.tools() if isinstance(tool, HeaterSwitch))
+    solver, seen = SimpleNamespace(t=0.0, dt=0.1), []
     for _ in range(5):  # the third sum of 0.1 is above 0.3, the eighth below 0.8
         switch.pre_step(solver)
         seen.append(fluid.heater_on[0])
