@@ -100,11 +100,11 @@ def make(findings, points, folder):
 
 def machine():
     """Where and with what the points were made."""
-    from pysph_boiling.examples.application import _processor
+    from pysph_boiling.examples.application import processor
 
     versions = {name: metadata.version(name) for name in ("pysph", "compyle", "numpy")}
     return origin({"machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-                   "processor": _processor(), "versions": {"python": platform.python_version(), **versions},
+                   "processor": processor(), "versions": {"python": platform.python_version(), **versions},
                    "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")})
 
 

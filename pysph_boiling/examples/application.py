@@ -29,7 +29,7 @@ from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.quality import QUALITIES
 
-__all__ = ["SceneApplication", "SceneParameters", "upright_box"]
+__all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -329,7 +329,7 @@ class SceneApplication(Application):
         if self.options.resume:
             if restart is not None:
                 raise ValueError("--resume and --restart-file contradict each other")
-            restart = last_output(self.options.output_dir or self.output_dir)
+            restart = last_output(self.options.output_dir)
         if self.options.post_process is None:
             self._configure_global_config()
             self._prepare()
@@ -454,7 +454,7 @@ class SceneApplication(Application):
             "completed": completed,
             "versions": {"python": platform.python_version(), **versions},
             "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-            "processor": _processor(),
+            "processor": processor(),
             "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
             "backend": backend,
             "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
@@ -479,7 +479,7 @@ class SceneApplication(Application):
         })
 
 
-def _processor():
+def processor():
     """Model of the processor, as far as the system tells."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()

@@ -99,8 +99,10 @@ def start(run, folder, threads):
     marker, asked = folder / "asked.txt", wanted(run)
     last = last_output(folder) if marker.exists() and marker.read_text() == asked else None
     resume = ["--restart-file", last] if last else []
-    for file in output_files(folder)[output_files(folder).index(last) + 1:] if last else []:
-        os.remove(file)  # cut off
+    if last:
+        files = output_files(folder)
+        for file in files[files.index(last) + 1:]:  # cut off
+            os.remove(file)
     marker.write_text(asked)
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
     with open(folder / "console.txt", "a" if resume else "w") as log:
