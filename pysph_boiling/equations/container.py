@@ -1,4 +1,8 @@
-"""Analytic containers: project particles that left a box or an upright cylinder back to its inside, and count them."""
+"""Analytic containers: particles that left a box or an upright cylinder are put back to its inside, and counted.
+
+Before the density sweeps this is the contact of a predicted position with a wall, which a particle below rest density
+does not feel otherwise; in the sweeps it is a safeguard, against corrections that press water through a wall.
+"""
 from math import sqrt
 
 from pysph.sph.equation import Equation
@@ -14,16 +18,18 @@ class PBFBoxContainer(Equation):
     Parameters
     ----------
     lower, upper : three floats   Corners [m], lower < upper in every direction that is not fixed by the dimension.
+    depth : float                 Put back from within it [m] is a contact, from further away a projection.
 
-    Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_projected, own index only.
-    Needs    PBFMove before it in the same group.   Errors   ValueError if lower > upper in some direction.
+    Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
+    Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if lower > upper in some direction.
     Limits   No friction and no bounce; momentum given to the wall is not recorded.
     """
 
-    def __init__(self, dest, sources, lower, upper):
+    def __init__(self, dest, sources, lower, upper, depth):
         for axis, low, high in zip("xyz", lower, upper):
             if not low <= high:
                 raise ValueError(f"box container: lower {axis} = {low} m is above upper {axis} = {high} m")
+        self.depth = float(depth)
         self.x0 = float(lower[0])
         self.y0 = float(lower[1])
         self.z0 = float(lower[2])
@@ -32,19 +38,25 @@ class PBFBoxContainer(Equation):
         self.z1 = float(upper[2])
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_projected):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_contacts, d_projected):
         x = min(max(d_x[d_idx], self.x0), self.x1)
         y = min(max(d_y[d_idx], self.y0), self.y1)
         z = min(max(d_z[d_idx], self.z0), self.z1)
-        moved = abs(x - d_x[d_idx]) + abs(y - d_y[d_idx]) + abs(z - d_z[d_idx])
+        dx = x - d_x[d_idx]
+        dy = y - d_y[d_idx]
+        dz = z - d_z[d_idx]
+        moved = sqrt(dx*dx + dy*dy + dz*dz)
         if moved > 0.0:
-            d_sx[d_idx] += x - d_x[d_idx]
-            d_sy[d_idx] += y - d_y[d_idx]
-            d_sz[d_idx] += z - d_z[d_idx]
+            d_sx[d_idx] += dx
+            d_sy[d_idx] += dy
+            d_sz[d_idx] += dz
             d_x[d_idx] = x
             d_y[d_idx] = y
             d_z[d_idx] = z
-            d_projected[d_idx] += 1
+            if moved > self.depth:
+                d_projected[d_idx] += 1
+            else:
+                d_contacts[d_idx] += 1
 
 
 class PBFCylinderContainer(Equation):
@@ -57,18 +69,20 @@ class PBFCylinderContainer(Equation):
     centre : two floats     Axis position (x, y) [m]; in 2-D only x is used.
     radius : float          Radius [m], > 0.
     bottom, top : float     Ends along the vertical (y in 2-D, z in 3-D) [m], bottom < top.
+    depth : float           As for the box [m].
     dim : int               2 or 3.
 
-    Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_projected, own index only.
-    Needs    PBFMove before it in the same group.   Errors   ValueError if radius <= 0 or bottom >= top.
+    Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
+    Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if radius <= 0 or bottom >= top.
     Limits   As for the box.
     """
 
-    def __init__(self, dest, sources, centre, radius, bottom, top, dim):
+    def __init__(self, dest, sources, centre, radius, bottom, top, depth, dim):
         if not radius > 0.0:
             raise ValueError(f"cylinder container: radius must be > 0 m, got {radius} m")
         if not bottom < top:
             raise ValueError(f"cylinder container: bottom {bottom} m is not below top {top} m")
+        self.depth = float(depth)
         self.cx = float(centre[0])
         self.cy = float(centre[1])
         self.radius = float(radius)
@@ -77,7 +91,7 @@ class PBFCylinderContainer(Equation):
         self.deep = float(dim == 3)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_projected):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_contacts, d_projected):
         x = d_x[d_idx]
         y = d_y[d_idx]
         z = d_z[d_idx]
@@ -92,12 +106,18 @@ class PBFCylinderContainer(Equation):
             z = min(max(z, self.bottom), self.top)
         else:
             y = min(max(y, self.bottom), self.top)
-        moved = abs(x - d_x[d_idx]) + abs(y - d_y[d_idx]) + abs(z - d_z[d_idx])
+        dx = x - d_x[d_idx]
+        dy = y - d_y[d_idx]
+        dz = z - d_z[d_idx]
+        moved = sqrt(dx*dx + dy*dy + dz*dz)
         if moved > 0.0:
-            d_sx[d_idx] += x - d_x[d_idx]
-            d_sy[d_idx] += y - d_y[d_idx]
-            d_sz[d_idx] += z - d_z[d_idx]
+            d_sx[d_idx] += dx
+            d_sy[d_idx] += dy
+            d_sz[d_idx] += dz
             d_x[d_idx] = x
             d_y[d_idx] = y
             d_z[d_idx] = z
-            d_projected[d_idx] += 1
+            if moved > self.depth:
+                d_projected[d_idx] += 1
+            else:
+                d_contacts[d_idx] += 1

@@ -408,7 +408,8 @@ class SceneApplication(Application):
         else:
             self.check_final()
         last = self.ledger.rows[-1] if self.ledger.rows else {}
-        for name, sentence in (("n_unconverged", "steps ended their density sweeps above the tolerance"),
+        for name, sentence in (("n_split", "steps were split, since particles would have moved too far in them"),
+                               ("n_unconverged", "steps ended their density sweeps above the tolerance"),
                                ("n_limited", "position corrections were cut by the displacement limiter"),
                                ("n_projected", "times a particle was projected back into the container")):
             if last.get(name):

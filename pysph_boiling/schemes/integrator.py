@@ -4,6 +4,7 @@
 generators it iterates over, which read the state between two stages.
 """
 import math
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -16,6 +17,8 @@ from pysph_boiling.particles import host
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
+SETTLED = 0.01  # largest density error [-] of a start that is not corrected further
+MAX_SUBSTEPS = 1000  # parts of a step; more means that particles fly apart
 MAX_SUBCYCLES = 100_000  # heat steps in a step; more means that the enthalpy diverges, not that the scene is stiff
 
 
@@ -66,15 +69,48 @@ class PBFFrozenStep(IntegratorStep):
         d_x[d_idx] += 0.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class MotionLimits:
+    """How far particles may move in a step, and how the start is settled.
+
+    ``longest_step`` [s]; ``distance`` [m] that a velocity, and ``push`` [m] that an acceleration may move a particle in
+    one step; ``settle`` passes of the density stage before the first step, at most.
+    """
+
+    longest_step: float
+    distance: float
+    push: float
+    settle: int
+
+    def substeps(self, arrays, dt):
+        """Into how many a step of ``dt`` [s] is split."""
+        speed = math.sqrt(max(largest(pa, "uvw") for pa in arrays))
+        acceleration = math.sqrt(max(largest(pa, ("au", "av", "aw")) for pa in arrays))
+        wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
+                     dt * math.sqrt(acceleration / self.push))
+        if wanted > MAX_SUBSTEPS:
+            raise ValueError(f"a step of {dt:.3g} s would have to be split into {wanted:.3g}, more than {MAX_SUBSTEPS}: "
+                             f"the fastest particle has {speed:.3g} m/s, the largest acceleration is "
+                             f"{acceleration:.3g} m/s^2")
+        return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN
+
+
+def largest(pa, components):
+    """Largest squared length of a vector property."""
+    return float(np.max(sum(host(pa, name)**2 for name in components), initial=0.0))
+
+
 class PBFIntegrator(Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
     The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage, ``runs`` counts how
-    often each was evaluated, ``searches`` how often neighbours were.
+    often each was evaluated, ``searches`` how often neighbours were. A step is split where particles would move too
+    far in it; the first one is preceded by passes of the density stage alone, which give particles that start too close
+    to each other or to a wall their distance, but no velocity.
     """
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
-             frozen=False, skin=0.0):
+             frozen=False, skin=0.0, motion=None):
         """Tell the integrator what was built.
 
         ``stages`` names in the order of the evaluators; ``arrays`` pairs of names and a list that is filled with
@@ -82,12 +118,13 @@ class PBFIntegrator(Integrator):
         whose neighbour lists are used; ``conditions`` maps a stage to functions of the fluid arrays, one of which must
         hold for a step to run it (no functions: always); ``heat_limit`` the explicit limit of the heat step [s];
         ``step_limit`` the largest change of enthalpy in one heat step [J/kg]; ``skin`` how much further than the
-        support neighbour lists reach [m].
+        support neighbour lists reach [m]; ``motion`` a :class:`MotionLimits`.
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]
         self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
         self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
+        self.motion = motion
         self.heat_subcycles = 0
         self.searched, self.searches, self.found = False, 0, []
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
@@ -102,6 +139,33 @@ class PBFIntegrator(Integrator):
 
     def initial_acceleration(self, t, dt):
         """Nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
+
+    def step(self, time, dt):
+        if "density" in self.stages and self.arrays[0].settled[0] == 0.0:
+            self.settle()
+        n = self.motion.substeps(self.arrays, dt) if self.motion else 1
+        for pa in self.arrays:
+            if "substeps" in pa.constants:
+                set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
+        self.heat_subcycles = 0
+        for k in range(n):
+            super().step(time + k * dt / n, dt / n)
+
+    def settle(self):
+        """Passes of the density stage until the largest error is small; safeguards that act in it are not counted."""
+        for _ in range(self.motion.settle):
+            self.update_domain()
+            self.search()
+            self.compute_accelerations(self.density(), update_nnps=False)
+            if max(float(pa.density_error[1]) for pa in self.arrays) <= SETTLED:
+                break
+        for pa in self.arrays:
+            set_constant(pa, "settled", 1.0)
+            for name in ("limited", "contacts", "projected"):
+                if name in pa.properties:
+                    pa.get(name)[:] = 0
+                    if pa.gpu is not None:
+                        pa.gpu.push(name)
 
     def one_timestep(self, t, dt):
         self.stage1()
@@ -127,10 +191,11 @@ class PBFIntegrator(Integrator):
             if "steps" in pa.constants:
                 set_constant(pa, "steps", pa.steps[0] + 1.0)
         if "heat" in self.stages:
-            self.heat_subcycles = self.count_subcycles(dt)
+            cycles = self.count_subcycles(dt)
+            self.heat_subcycles += cycles
             for pa in self.arrays:
-                set_constant(pa, "heat_dt", dt / self.heat_subcycles)
-            for _ in range(self.heat_subcycles):
+                set_constant(pa, "heat_dt", dt / cycles)
+            for _ in range(cycles):
                 yield self.stages["heat"]
         for name in ("phases", "burst"):
             if self.called_for(name):
@@ -142,8 +207,6 @@ class PBFIntegrator(Integrator):
                 for pa in self.arrays:
                     set_constant(pa, "relabel", 0.0)
         if "density" in self.stages:
-            for pa in self.arrays:
-                set_constant(pa, "sweeps", 0.0)
             yield self.density()
             if "oscillation" in self.stages:
                 yield from self.oscillation(dt)
@@ -151,6 +214,7 @@ class PBFIntegrator(Integrator):
     def density(self):
         """Index of the density sweeps, which begin with plain ones."""
         for pa in self.arrays:
+            set_constant(pa, "sweeps", 0.0)
             if "sweep_weight" in pa.constants:
                 set_constant(pa, "sweep_weight", (1.0, math.inf, 0.0))
         return self.stages["density"]

@@ -215,7 +215,8 @@ class PBFScheme(Scheme):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
                 ghosts=self.ghosts, pairs=pairs, conditions=conditions, heat_limit=heat_limit, step_limit=step_limit,
-                frozen="density" not in self.effects, skin=self.skin())
+                frozen="density" not in self.effects, skin=self.skin(),
+                motion=self.effects["density"].limits(scene) if "density" in self.effects else None)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
                 warnings.warn(sentence, stacklevel=2)

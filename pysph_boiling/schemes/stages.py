@@ -92,6 +92,7 @@ STAGES = (
         )),
     )),
     Stage("density", "always; once more after the oscillation", (
+        Block((GroupSpec("contact", "predicted positions that lie in a wall", ("x", "y", "z")),)),
         Block((
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
             GroupSpec("correction", "position correction, containers", ("x", "y", "z")),

@@ -78,6 +78,7 @@ class Run:
         self.dt = setup.factor * (scheme.time_step() if self.scene.g else 0.07 * (scheme.spacing / G) ** 0.5)
         self.stepper = Stepper(scheme, setup.arrays, dt=self.dt, domain=setup.domain)
         self.fluid = scheme.arrays[0]
+        self.stepper.solver.integrator.settle()  # energy counts from here: distances that were too short are no motion
         self.ledger = Ledger(scheme, every=setup.every)
         self.ledger.begin(scheme.arrays)
         self.stepper.tools.append(self.ledger)

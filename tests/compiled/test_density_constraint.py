@@ -21,6 +21,7 @@ RHO0 = 958.0
 N_FLUID, N_WALL = 60, 20
 LOWER, UPPER = (0.1, 0.2, 0.15), (0.8, 0.7, 0.9)
 CYLINDER = dict(centre=(0.4, 0.6), radius=0.3, bottom=0.1, top=0.8)
+DEPTH = 0.1  # of a contact
 
 
 class Kernels:
@@ -73,8 +74,8 @@ def compile_kernels(fluid, wall, *, dim, spacing):
                                          kernel=motion.kernel, nudge=by_name["PBFPositionCorrection"].nudge),
             copy(by_name["PBFBoundaryCorrection"])],
         "move": [PBFMove("fluid", None, omega=0.7, longest=0.25 * spacing)],
-        "box": [PBFBoxContainer("fluid", None, **container)],
-        "cylinder": [PBFCylinderContainer("fluid", None, dim=dim, **CYLINDER)],
+        "box": [PBFBoxContainer("fluid", None, depth=DEPTH, **container)],
+        "cylinder": [PBFCylinderContainer("fluid", None, depth=DEPTH, dim=dim, **CYLINDER)],
         "gravity": [by_name["PBFBodyForce"]],
         "viscosity": [by_name["PBFXSPHViscosity"]],
         "friction": [by_name["PBFWallFriction"]],
@@ -110,7 +111,7 @@ def kernels(compiled):
         for name in ("x", "y", "z", "m"):
             pa.get(name)[:] = start.get(name)
     compiled.fluid.swell[:] = np.random.default_rng(6).uniform(0.3, 1.7, N_FLUID)
-    for name in ("sx", "sy", "sz", "limited", "projected", "au", "av", "aw"):
+    for name in ("sx", "sy", "sz", "limited", "contacts", "projected", "au", "av", "aw"):
         compiled.fluid.get(name)[:] = 0
     compiled.fluid.sweeps[0] = 0.0
     return compiled
@@ -263,13 +264,15 @@ def test_container_projects_and_counts(kernels, container, inside):
     fluid = kernels.fluid
     x = vectors(fluid)
     projected = inside(x, kernels.dim)
-    out = np.linalg.norm(projected - x, axis=1) > ROUND_OFF
-    assert 5 < out.sum() < N_FLUID - 5
+    distance = np.linalg.norm(projected - x, axis=1)
+    out, far = distance > ROUND_OFF, distance > DEPTH
+    assert 5 < out.sum() < N_FLUID - 5 and 5 < far.sum() < out.sum() - 5
     kernels.run(container)
     close(vectors(fluid), projected)
     close(vectors(fluid, "sx", "sy", "sz"), projected - x)  # the velocity feels the wall
     np.testing.assert_array_equal(vectors(fluid)[~out], x[~out])
-    np.testing.assert_array_equal(fluid.projected, out)
+    np.testing.assert_array_equal(fluid.projected, far)
+    np.testing.assert_array_equal(fluid.contacts, out & ~far)
 
 
 # --- viscosity --------------------------------------------------------------------------------------------------------

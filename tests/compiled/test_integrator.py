@@ -9,15 +9,16 @@ from sets import scheme
 
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.particles import box_vessel, fluid_block
-from pysph_boiling.schemes.effects import BoxContainer
+from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 DX = 0.01
 
 
-def dam():
+def dam(**density):
     """A column of 8 x 12 particles in a box of 16 x 20, and the scheme of the set "motion"."""
     upper = (16 * DX, 20 * DX, 0.0)
     motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
+    motion.set_effects(density=DensityConstraint(**density))
     common = dict(spacing=DX, dim=2, rho0=motion.rho0)
     arrays = [fluid_block((0.0, 0.0, 0.0), (8 * DX, 12 * DX, 0.0), jitter=0.1, seed=1, **common),
               box_vessel((0.0, 0.0), upper, kernel=CubicSpline(dim=2), **common)]
@@ -26,7 +27,7 @@ def dam():
 
 
 def test_each_stage_runs_once_a_step_and_never_before_the_first():
-    stepper = Stepper(*dam())
+    stepper = Stepper(*dam(settle=0))
     solver, calls = stepper.solver, []
     for name, index in solver.integrator.stages.items():
         evaluation = solver.integrator.acceleration_evals[index]
@@ -37,6 +38,59 @@ def test_each_stage_runs_once_a_step_and_never_before_the_first():
     solver.solve(show_progress=False)
     assert calls == [(step, stage) for step in range(3) for stage in ("density", "forces")]
     assert 2 <= stepper.arrays["fluid"].sweeps[0] <= 6  # of the last step alone
+
+
+def mechanical(stepper):
+    """Kinetic plus potential energy [J]."""
+    pa = stepper.arrays["fluid"]
+    return float(np.sum(pa.m * (0.5 * (pa.u**2 + pa.v**2) + 9.81 * pa.y)))
+
+
+@pytest.mark.filterwarnings("ignore:.*density sweeps")
+def test_particles_that_start_too_close_are_set_apart_without_a_velocity():
+    rise = {}
+    for passes in (0, 50):
+        stepper = Stepper(*dam(settle=passes))
+        fluid, integrator = stepper.arrays["fluid"], stepper.solver.integrator
+        start = np.column_stack([fluid.x, fluid.y])
+        integrator.settle()
+        moved = np.abs(np.column_stack([fluid.x, fluid.y]) - start).max()
+        assert (moved > 0.01 * DX) == (passes > 0) and not fluid.u.any() and not fluid.v.any()
+        first, count = mechanical(stepper), integrator.runs["density"]
+        energies = []
+        for _ in range(30):
+            stepper.step()
+            energies.append(mechanical(stepper))
+        assert integrator.runs["density"] == count + 30, "the start is settled once"
+        rise[passes] = (max(energies) - first) / (fluid.m.sum() * 9.81 * 12 * DX)
+    assert rise[0] > 0.01 and rise[50] < 1e-3, rise  # measured .087 and below 0
+
+
+def test_a_long_step_is_split_into_equal_ones():
+    """Five of the default steps are .35 t*, three times .1167 t*: the same bits as three steps taken one by one."""
+    final = []
+    for parts in (1, 3):
+        motion, arrays = dam(tolerance=0.0, max_sweeps=4)
+        stepper = Stepper(motion, arrays, dt=5.0 * motion.time_step() / parts)
+        stepper.step(4 * parts)
+        assert arrays[0].substeps[0] == 3 / parts
+        final.append(arrays[0])
+    for name in ("x", "y", "u", "v", "au", "av"):
+        np.testing.assert_array_equal(final[0].get(name), final[1].get(name), err_msg=name)
+    assert np.abs(final[0].v).max() > 0.1, "nothing moved"
+
+
+@pytest.mark.parametrize(("speed", "pull", "parts"), [
+    (0.0, 9.81, 1), (5.0, 9.81, 3), (40.0, 9.81, 23),  # 40 m/s in 2.2 ms: 8.9 spacings, .4 at a time
+    (0.0, 100 * 9.81, 2),  # sqrt(100 * .07^2/.15) = 1.8
+    (np.nan, 9.81, 1),  # that is told by the guard
+])
+def test_no_particle_moves_far_in_a_step(speed, pull, parts):
+    motion, arrays = dam()
+    fluid = arrays[0]
+    limits = motion.effects["density"].limits(motion.scene())
+    fluid.u[7], fluid.av[3] = speed, -pull
+    assert limits.substeps([fluid], motion.time_step()) == parts
 
 
 @pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first steps, while the jitter is pressed out

@@ -55,9 +55,9 @@ OWNS = {
     "density": (
         "PBFDensity PBFBoundaryDensity PBFLambda PBFPositionCorrection PBFBoundaryCorrection PBFMove PBFBodyForce",
         "au av aw sx sy sz lmbda compression gcx gcy gcz gc2 dpx dpy dpz limited",
-        "density_error sweeps unconverged",
-        "sweeps density_error_mean density_error_max n_unconverged n_limited"),
-    "container": ("PBFBoxContainer", "projected", "", "n_projected"),
+        "density_error sweeps unconverged settled substeps",
+        "sweeps density_error_mean density_error_max n_unconverged substeps n_split n_limited"),
+    "container": ("PBFBoxContainer", "contacts projected", "", "n_contacts n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
     "heat": ("HeatConduction HeatUpdate", "e T k ae", "heat_dt",
              "T_mean T_max energy energy_in energy_out energy_model_leak energy_residual heat_subcycles"),

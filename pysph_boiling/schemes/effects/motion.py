@@ -4,14 +4,19 @@ import warnings
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
 from pysph_boiling.particles import Property, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
+from pysph_boiling.schemes.integrator import MotionLimits
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
+
+
+PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 
 
 class Sweeps(Tool):
@@ -44,10 +49,14 @@ class DensityConstraint(Effect):
     tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
-    longest: float = param(0.25, "-", "displacement limit of a sweep, in spacings", above=0.0)
+    longest: float = param(0.4, "-", "displacement limit of a sweep, in spacings", above=0.0)
     acceleration: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
                                 low=0.0, high=0.999)
     delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
+    settle: int = param(50, "-", "passes before the first step, at most, that set particles which start too close apart "
+                        "without a velocity; 0 leaves the start as it is", low=0)
+    courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0)
+    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
                         "moved half of it", low=0.0, high=1.0)
 
@@ -82,7 +91,22 @@ class DensityConstraint(Effect):
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
-        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0} | accelerated
+        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0, "settled": 0.0,
+                "substeps": [1.0, 0.0]} | accelerated
+
+    def check(self, scene, arrays):
+        """A particle that reads its rest density from itself alone can never be set at rest by moving."""
+        lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
+        for name in scene.fluids:
+            pa = arrays[name]
+            lengths, which = np.unique(pa.h, return_inverse=True)
+            alone = np.array([scene.kernel.kernel([0.0] * 3, 0.0, h) for h in lengths])
+            limits = scene.rho0 * lattice / alone[which]
+            if np.any(pa.m >= limits):
+                worst = int(np.argmax(pa.m / limits))
+                raise ValueError(
+                    f"the mass of particle {worst} of '{name}' must be below {limits[worst]:.4g} kg at its smoothing "
+                    f"length of {pa.h[worst]:.4g} m, got {pa.m[worst]:.4g} kg: alone it is denser than at rest")
 
     def prepare(self, scene, arrays):
         """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
@@ -100,8 +124,18 @@ class DensityConstraint(Effect):
                    lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
             Column("n_unconverged", "-", "steps since the start whose sweeps ended above the tolerance",
                    lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
+            Column("substeps", "-", "steps into which the last step was split",
+                   lambda arrays, scene: max(float(pa.substeps[0]) for pa in arrays)),
+            Column("n_split", "-", "steps since the start that were split",
+                   lambda arrays, scene: max(float(pa.substeps[1]) for pa in arrays)),
             cumulative("n_limited", "-", "corrections cut by the displacement limiter since the start", "limited"),
         )
+
+    def limits(self, scene):
+        """The :class:`MotionLimits` of the integrator."""
+        fall = scene.fall_time
+        return MotionLimits(longest_step=self.longest_step * fall, distance=self.courant * scene.spacing,
+                            push=PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
         yield Sweeps(scheme, self)
@@ -133,8 +167,22 @@ class DensityConstraint(Effect):
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
 
 
-PROJECTED = Property("projected", "-", "projections into the container since the start", "int", True, True)
-N_PROJECTED = cumulative("n_projected", "-", "projections into the container since the start", "projected")
+CONTACTS = (
+    Property("contacts", "-", "contacts with the container since the start", "int", True, True),
+    Property("projected", "-", "projections into the container since the start", "int", True, True))
+N_CONTACTS = (
+    cumulative("n_contacts", "-", "contacts with the container since the start", "contacts"),
+    cumulative("n_projected", "-", "projections into the container since the start", "projected"))
+
+
+def walls(scene, margin):
+    """Where a container acts, and how deep a contact there is [m].
+
+    A prediction ends at the wall wherever it leads to (the step is short enough, see ``density.courant``); a
+    correction of a sweep that presses a particle through the margin and out of the container is a projection.
+    """
+    return ("density.contact", math.inf), ("density.correction", margin * scene.spacing)
+
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,10 +203,10 @@ class BoxContainer(Effect):
             raise ValueError("container.lower and container.upper must hold three lengths [m] each")
 
     def properties(self, scene):
-        return (PROJECTED,)
+        return CONTACTS
 
     def columns(self, scene):
-        return (N_PROJECTED,)
+        return N_CONTACTS
 
     def bounds(self, scene):
         """Corners that particle centres may reach [m]."""
@@ -180,7 +228,8 @@ class BoxContainer(Effect):
 
     def terms(self, scene, fluid):
         lower, upper = self.bounds(scene)
-        yield Term("density.correction", container.PBFBoxContainer(fluid, None, lower=lower, upper=upper))
+        for place, depth in walls(scene, self.margin):
+            yield Term(place, container.PBFBoxContainer(fluid, None, lower=lower, upper=upper, depth=depth))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,10 +247,10 @@ class CylinderContainer(Effect):
     margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
 
     def properties(self, scene):
-        return (PROJECTED,)
+        return CONTACTS
 
     def columns(self, scene):
-        return (N_PROJECTED,)
+        return N_CONTACTS
 
     def bounds(self, scene):
         """Corners of the box round what particle centres may reach [m]."""
@@ -224,9 +273,10 @@ class CylinderContainer(Effect):
 
     def terms(self, scene, fluid):
         inset = self.margin * scene.spacing
-        yield Term("density.correction", container.PBFCylinderContainer(
-            fluid, None, centre=self.centre, radius=self.radius - inset, bottom=self.bottom + inset,
-            top=self.top - inset, dim=scene.dim))
+        for place, depth in walls(scene, self.margin):
+            yield Term(place, container.PBFCylinderContainer(
+                fluid, None, centre=self.centre, radius=self.radius - inset, bottom=self.bottom + inset,
+                top=self.top - inset, depth=depth, dim=scene.dim))
 
 
 @dataclass(frozen=True, kw_only=True)
