@@ -21,7 +21,7 @@ class PBFBoxContainer(Equation):
     depth : float                 Put back from within it [m] is a contact, from further away a projection.
 
     Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
-    Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if lower > upper in some direction.
+    Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if lower > upper along an axis.
     Limits   No friction and no bounce; momentum given to the wall is not recorded.
     """
 

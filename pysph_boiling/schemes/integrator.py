@@ -89,7 +89,7 @@ class MotionLimits:
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
-            raise ValueError(f"a step of {dt:.3g} s would have to be split into {wanted:.3g}, more than {MAX_SUBSTEPS}: "
+            raise ValueError(f"a step of {dt:.3g} s would be split into {wanted:.3g}, more than {MAX_SUBSTEPS}: "
                              f"the fastest particle has {speed:.3g} m/s, the largest acceleration is "
                              f"{acceleration:.3g} m/s^2")
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN

@@ -16,8 +16,8 @@ import zlib
 from contextlib import contextmanager
 from pathlib import Path
 
-from Cython.Compiler.Options import get_directive_defaults
 from compyle.ext_module import CONFIG_OPTS, get_openmp_flags
+from Cython.Compiler.Options import get_directive_defaults
 from pysph.solver.output import HDFOutput
 from pysph.solver.solver import Solver
 from pysph.sph.acceleration_eval import make_acceleration_evals

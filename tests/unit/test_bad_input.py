@@ -114,7 +114,7 @@ def broken(prop, value):
     (dict(fluid=broken("x", np.nan)), "property 'x' of 'fluid' holds NaN or Inf"),
     (dict(fluid=broken("v", np.inf)), "property 'v' of 'fluid' holds NaN or Inf"),
     (dict(fluid=broken("m", 0.0)), r"masses \[kg\] and smoothing lengths \[m\] of 'fluid' must be > 0"),
-    (dict(fluid=broken("m", 5.0 * 958.0 * DX**2)), "the mass of particle 0 of 'fluid' must be below .* kg at its smooth"),
+    (dict(fluid=broken("m", 5.0 * 958.0 * DX**2)), "the mass of particle 0 of 'fluid' must be below .* kg at its"),
     (dict(fluid=broken("h", -1.0)), r"masses \[kg\] and smoothing lengths \[m\] of 'fluid' must be > 0"),
     (dict(wall=box_vessel((0.0, 0.0), (4 * DX, 4 * DX), spacing=DX, dim=2, rho0=958.0, kernel=CubicSpline(dim=2))),
      "heater: no wall particle is heated"),

@@ -53,7 +53,7 @@ class DensityConstraint(Effect):
     acceleration: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
                                 low=0.0, high=0.999)
     delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
-    settle: int = param(50, "-", "passes before the first step, at most, that set particles which start too close apart "
+    settle: int = param(50, "-", "passes before the first step, at most, that set what starts too close apart "
                         "without a velocity; 0 leaves the start as it is", low=0)
     courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0)
     longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0)
