@@ -13,11 +13,14 @@ export OMP_WAIT_POLICY ?= passive
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
 
+# Files side by side, one per core: compiling takes most of the time of a first run.
+SIDE_BY_SIDE := -n auto --dist loadfile
+
 test: $(TESTABLE)
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 test-all: $(TESTABLE)
-	@$(BIN)/python -m pytest -m ""
+	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m ""
 
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py

@@ -22,7 +22,7 @@ setup(
     package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"]},
     install_requires=["pysph", "cyarray", "numpy", "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "hypothesis", *VIEW],
+        "test": ["pytest", "pytest-xdist", "hypothesis", *VIEW],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": ["pyopencl", "numpy<2.4"],  # numpy 2.4 breaks PySPH's device helper
         "view": VIEW,

@@ -242,15 +242,17 @@ class PBFLambda(Equation):
     rho_rest : float    Density that the rest lattice reads [kg/m^3], > 0.
     eps : float         Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
     tolerance : float   Sweeps end when the mean positive density error is below it [-], >= 0.
+    sweeps : int        So many sweeps are enough, >= 1,
+    most : float        if the mean positive density error is below this [-], > 0.
 
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg].
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
     ``sweeps`` (count) [-].   Needs   PBFDensity in the same group.
-    Errors   ValueError if rho_rest <= 0, eps < 0 or tolerance < 0.
+    Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or most <= 0.
     Limits   Stiffness depends on the number of sweeps; the error is that before the sweep's correction.
     """
 
-    def __init__(self, dest, sources, rho_rest, eps, tolerance):
+    def __init__(self, dest, sources, rho_rest, eps, tolerance, sweeps, most):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
@@ -259,7 +261,11 @@ class PBFLambda(Equation):
         if not tolerance >= 0.0:
             raise ValueError(f"tolerance must be >= 0, got {tolerance}")
         self.eps = float(eps)
+        if not (sweeps >= 1 and most > 0.0):
+            raise ValueError(f"sweeps must be >= 1 and most > 0, got {sweeps} and {most}")
         self.tolerance = float(tolerance)
+        self.enough = float(sweeps)
+        self.most = float(most)
         self.conv = -1.0
         super().__init__(dest, sources)
 
@@ -285,7 +291,9 @@ class PBFLambda(Equation):
         dst.density_error[0] = mean
         dst.density_error[1] = parallel_reduce_array(worst, 'max')
         dst.sweeps[0] += 1.0
-        self.conv = 1.0 if mean <= self.tolerance else -1.0
+        self.conv = -1.0
+        if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.most):
+            self.conv = 1.0
 
     def converged(self):
         return self.conv

@@ -21,6 +21,7 @@ from pysph_boiling.schemes.stages import STAGES, build_stage
 __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
+MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays above density.most_error
 SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
 
@@ -187,7 +188,7 @@ class PBFScheme(Scheme):
         scene, terms = self.scene(), self.terms()
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
-            limits["sweeps"] = (self.effects["density"].min_sweeps, self.effects["density"].max_sweeps)
+            limits["sweeps"] = (self.effects["density"].min_sweeps, MORE * self.effects["density"].max_sweeps)
         effect_hooks = [effect.hooks(scene) for effect in self.effects.values()]
 
         def hooks(place, spec):

@@ -49,7 +49,7 @@ class DensityConstraint(Effect):
     tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
-    longest: float = param(0.4, "-", "displacement limit of a sweep, in spacings", above=0.0)
+    longest: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
     acceleration: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
                                 low=0.0, high=0.999)
     delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
@@ -57,6 +57,8 @@ class DensityConstraint(Effect):
                         "without a velocity; 0 leaves the start as it is", low=0)
     courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0)
     longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0)
+    most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
+                              "maximum, to ten times as many", above=0.0)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
                         "moved half of it", low=0.0, high=1.0)
 
@@ -158,7 +160,8 @@ class DensityConstraint(Effect):
             yield Term("density.correction", density_constraint.PBFBoundaryCorrection(
                 fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
-            fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance))
+            fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance, sweeps=self.max_sweeps,
+            most=max(self.most_error, self.tolerance)))
         move = dict(omega=self.omega, longest=self.longest * scene.spacing)
         yield Term("density.correction", density_constraint.PBFMoveAccelerated(
             fluid, None, radius=self.acceleration, delay=self.delay, **move) if self.acceleration

@@ -113,7 +113,8 @@ class Oscillation(Effect):
     def columns(self, scene):
         meanings = {"n_pushed": "pushes of a bubble since the start",
                     "n_push_cut": "pushes cut by the displacement limit since the start",
-                    "n_clamped": "times that the volume of a bubble was held at its bounds since the start"}
+                    "n_clamped": "times that the volume of a bubble was held at its bounds, or at what a step may "
+                                 "displace, since the start"}
         return tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
                      for name, meaning in meanings.items() if name in self.constants(scene))
 
@@ -248,9 +249,14 @@ class Oscillation(Effect):
         before = vapour.sum(volume * swell)
         flow = vapour.sum(volume * rate)
         R, R0 = sphere_radius(before), sphere_radius(scene.effects["expansion"].v_exp * filled)
+        start = R
         R, U, clamped = self.bubble(scene).advance(
             R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.time_scale,
             *self.bounds())
+        # What it displaces moves as far. A step that is split does not let it go further: the parts would be ever more.
+        reach = 0.5 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
+        clamped |= np.abs(R - start) > reach
+        R = np.clip(R, start - reach, start + reach)
         after, flow_after = 4.0 / 3.0 * math.pi * R**3, 4.0 * math.pi * R * R * U
 
         swell = swell * (after / before)[vapour.index]
