@@ -9,6 +9,7 @@ import json
 import os
 import platform
 import sys
+import tempfile
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib import metadata
@@ -68,6 +69,16 @@ class Progress(Tool):
     def post_step(self, solver):
         now = solver.t + solver.dt
         self.bar.update(self.task, completed=now - self.start, now=now)
+
+
+def check_writable(folder):
+    """Make a folder and see whether files can be made in it; ``OSError`` that names it if not."""
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(f"the output folder '{folder}' cannot be written to: {error.strerror}") from error
 
 
 class Resumed:
@@ -336,6 +347,8 @@ class SceneApplication(Application):
             if restart is not None:
                 self.resumed = Resumed(restart, self.prepared)
         self.options.quiet = True  # progress and messages are ours
+        if not self.options.disable_output:
+            check_writable(self.options.output_dir or f"{self.fname}_output")
         super().setup(argv=None)
 
     def _parse_command_line(self, force=False):

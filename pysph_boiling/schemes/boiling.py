@@ -1,4 +1,6 @@
 """BoilingScheme: Position Based Fluids with heat, phases and bubbles, composed of the effects a scene calls for."""
+import numpy as np
+
 from pysph_boiling.materials import WATER_1ATM, Material
 from pysph_boiling.particles import add_properties
 from pysph_boiling.phases import Phase, enthalpy, temperature
@@ -47,8 +49,11 @@ class BoilingScheme(PBFScheme):
     def set_temperature(self, pa, T):
         """Start a fluid array at temperature ``T`` [K], a number or (n,): liquid, superheated above saturation.
 
-        Raises ``ValueError`` outside (0 K, critical temperature). Call it after ``setup_properties``.
+        Raises ``ValueError`` outside (0 K, critical temperature), and for a wrong shape. Call it after
+        ``setup_properties``.
         """
+        if np.shape(T) not in ((), (1,), pa.x.shape):
+            raise ValueError(f"T of '{pa.name}' must be a number or have shape {pa.x.shape} [K], got {np.shape(T)}")
         add_properties(pa, [row for row in self.gather("properties") if row.name not in pa.properties])
         pa.e[:] = enthalpy(T, self.material)
         phase = Phase.LIQUID

@@ -119,6 +119,6 @@ def cases():
     yield Case(name="chain-10000-2d", hard="one bubble, a chain of 10,000 particles", steps=20, quick=5,
                build=partial(chain, 2), end=all_of(accounted, one_chain))
     for pressure, scale in ((1e5, 25.0), (1e7, 250.0)):
-        yield Case(name=f"collapse-{pressure:.0e}-3d", hard=f"Rayleigh-Plesset collapse under {pressure:.0e} Pa, slowed "
-                   f"down {scale:g} times", steps=300, quick=0, build=partial(collapse, pressure, 4.0, scale),
+        yield Case(name=f"collapse-{pressure:.0e}-3d", hard=f"Rayleigh-Plesset collapse under {pressure:.0e} Pa, "
+                   f"slowed down {scale:g} times", steps=300, quick=0, build=partial(collapse, pressure, 4.0, scale),
                    end=all_of(accounted, count("rest_volume", 0.0)))

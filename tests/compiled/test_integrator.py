@@ -93,6 +93,16 @@ def test_no_particle_moves_far_in_a_step(speed, pull, parts):
     assert limits.substeps([fluid], motion.time_step()) == parts
 
 
+@pytest.mark.filterwarnings("ignore:.*density sweeps")
+@pytest.mark.parametrize(("most", "sweeps"), [(10.0, [1]), (1e-3, range(2, 10)), (1e-9, [10])])
+def test_sweeps_go_on_while_the_error_stays_large(most, sweeps):
+    """One sweep is asked for; ten times as many are the end."""
+    stepper = Stepper(*dam(min_sweeps=1, max_sweeps=1, tolerance=0.0, most_error=most))
+    stepper.step(40)
+    fluid = stepper.arrays["fluid"]
+    assert fluid.sweeps[0] in sweeps and (fluid.sweeps[0] == 10 or fluid.density_error[0] <= most)
+
+
 @pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first steps, while the jitter is pressed out
 def test_threads_change_no_bit():
     final, threads = [], get_number_of_threads()

@@ -3,11 +3,15 @@ import dataclasses
 import math
 import os
 
+import numpy as np
 import pytest
+import sets
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from pysph.base.kernels import CubicSpline
 
 from pysph_boiling.cli import main, scene_class, scenes
+from pysph_boiling.particles import add_properties, fluid_array, site_array, wall_array
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS
 
@@ -94,3 +98,56 @@ def test_fuzzed_option_line_never_ends_in_a_traceback(tmp_path_factory, scene, t
         assert os.listdir(folder) == []
     finally:
         os.chdir(before)
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+
+SHAPES = st.lists(st.integers(0, 4), max_size=3).map(tuple).filter(lambda shape: not (
+    len(shape) == 2 and shape[0] > 0 and shape[1] == 3))
+
+
+@settings(max_examples=40)
+@given(SHAPES)
+@pytest.mark.parametrize("make", [
+    lambda points: fluid_array(points, spacing=0.1, dim=2, rho0=1e3),
+    lambda points: wall_array(points, spacing=0.1, dim=2, rho0=1e3, kernel=CubicSpline(dim=2)),
+    lambda points: site_array(points, reach=0.3, spacing=0.1),
+], ids=["fluid", "wall", "sites"])
+def test_positions_of_a_wrong_shape_are_refused(make, shape):
+    with pytest.raises(ValueError, match=r"must have shape \(n, 3\)|is empty"):
+        make(np.zeros(shape))
+
+
+@settings(max_examples=20)
+@given(st.sampled_from(["boil", "paper", "expand"]), st.sampled_from(["fluid", "wall", "sites"]), st.integers(2, 3))
+def test_missing_and_empty_arrays_are_named(name, missing, dim):
+    """And nothing has been changed in the arrays that are there."""
+    scheme = sets.scheme(name, dim=dim, spacing=0.1)
+    points = np.argwhere(np.ones((3,) * dim)) * 0.1
+    points = np.pad(points, ((0, 0), (0, 3 - dim)))
+    arrays = {"fluid": fluid_array(points, spacing=0.1, dim=dim, rho0=scheme.rho0),
+              "wall": wall_array(points - 0.5, spacing=0.1, dim=dim, rho0=scheme.rho0, kernel=CubicSpline(dim=dim)),
+              "sites": site_array(points[:1], reach=0.3, spacing=0.1)}
+    before = {key: set(pa.properties) for key, pa in arrays.items()}
+    empty = dict(arrays)
+    empty[missing] = arrays[missing].extract_particles(np.array([], dtype=int))
+    others = [pa for key, pa in arrays.items() if key != missing]
+    for given_arrays, said in ((others, f"the particle array '{missing}'"),
+                               (list(empty.values()), f"particle array '{missing}' is empty")):
+        with pytest.raises(ValueError, match=said):
+            scheme.setup_properties(given_arrays)
+        assert {key: set(pa.properties) for key, pa in arrays.items()} == before
+
+
+@settings(max_examples=30)
+@given(st.integers(1, 5).filter(lambda n: n != 4), st.floats(280.0, 400.0))
+def test_temperatures_of_a_wrong_length_are_refused(n, T):
+    scheme = sets.scheme("boil", dim=2, spacing=0.1)
+    fluid = fluid_array(np.pad(np.argwhere(np.ones((2, 2))) * 0.1, ((0, 0), (0, 1))), spacing=0.1, dim=2, rho0=1e3)
+    add_properties(fluid, [row for row in scheme.gather("properties")])
+    if n == 1:
+        scheme.set_temperature(fluid, T)  # one for all
+        assert np.allclose(fluid.T, T)
+        return
+    with pytest.raises(ValueError, match=r"T of 'fluid' must be a number or have shape \(4,\)"):
+        scheme.set_temperature(fluid, np.full(n, T))

