@@ -348,6 +348,19 @@ class SplitMixin(EventFigure):
 class Figure9(SplitMixin):
     """A bubble splitting."""
 
+    def tell(self, section, groups, tracks, quick):
+        super().tell(section, groups, tracks, quick)
+        spans, splits = [], 0
+        for history, event in zip(tracks["full"], self.events(tracks)["full"]):
+            if event:
+                splits += 1
+                later = merger({name: values[history["t"] > event.t] for name, values in history.items()})
+                spans += [later.t - event.t] if later else []
+        section.statements.append(Statement(
+            "the daughters stay apart", f"in {len(spans)} of {splits} runs they are one again" +
+            (f", {spread([1e3 * span for span in spans], 'ms')} later" if spans else "") +
+            ": cohesion draws vapour together that is near", None, "the paper's picture shows one moment"))
+
     key, title = "fig9", "Figure 9: a bubble splits"
     words = ("physically plausible breakup and volume conservation (Table 4): one bubble becomes several",
              "breakup keeps what the bubble holds")

@@ -496,6 +496,7 @@ def record(stepper):
 @pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first step, while the jitter is pressed out
 def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=0.5, upper=2.0, sweeps=2)
+    stepper.solver.integrator.settle()
     calls = record(stepper)
     stepper.step()
     assert calls == ["heat", "phases", "bubbles", "density", "forces"]
@@ -503,7 +504,7 @@ def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     calls.clear()
     stepper.step(2)
     assert calls == 2 * ["heat", "phases", "bubbles", "density", "oscillation", "oscillation", "density", "forces"]
-    assert fluid.n_pushed[0] == 4 and fluid.sweeps[0] >= 4
+    assert fluid.n_pushed[0] == 4 and fluid.sweeps[0] >= 2
     fluid.phase[:] = Phase.LIQUID
     calls.clear()
     stepper.step()
@@ -538,7 +539,7 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
     x = vectors(fluid) / DX
     for side, swell in ((-1.0, 0.85), (1.0, 1.15)):
         ball = np.linalg.norm(x - (6.0 + 2.4 * side, 6.0, 6.0), axis=1) < 1.9
-        fluid.phase[ball], fluid.e[ball], fluid.swell[ball], fluid.u[ball] = VAPOUR, WATER.L, swell, -0.15 * side
+        fluid.phase[ball], fluid.e[ball], fluid.swell[ball], fluid.u[ball] = VAPOUR, WATER.L, swell, -0.35 * side
     vapour, bubbles = fluid.phase == VAPOUR, []
     while stepper.t < 0.1 and bubbles[-1:] != [1]:
         swell, volume = fluid.swell.copy(), np.sum((fluid.m * fluid.swell)[vapour])
