@@ -16,7 +16,7 @@ SWOLLEN, SETTLED = 0.05, 0.5  # rise of the level; share of that rise left at th
 CLOSED = 1e-10  # energy that may be unaccounted for, relative to the excess at the start
 
 SEEDS = {True: (1, 2), False: (1, 2, 3)}
-QUICK = ("--flat", "--width", "24", "--fill", "16", "--duration", "0.5", "--frame", "0.0333")
+QUICK = ("--flat", "--width", "24", "--fill", "16", "--duration", "0.7", "--frame", "0.0333")
 
 
 def explosions(quick, *options, name="explosive"):

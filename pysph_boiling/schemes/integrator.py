@@ -74,7 +74,7 @@ class MotionLimits:
     """How far particles may move in a step, and how the start is settled.
 
     ``longest_step`` [s]; ``distance`` [m] that a velocity, and ``push`` [m] that an acceleration may move a particle in
-    one step; ``settle`` passes of the density stage before the first step, at most.
+    one step; ``settle`` passes of the density stage before the first step, at most. Speeds are those against the walls.
     """
 
     longest_step: float
@@ -84,8 +84,8 @@ class MotionLimits:
 
     def substeps(self, arrays, dt):
         """Into how many a step of ``dt`` [s] is split."""
-        speed = math.sqrt(max(largest(pa, "uvw") for pa in arrays))
-        acceleration = math.sqrt(max(largest(pa, ("au", "av", "aw")) for pa in arrays))
+        speed = largest(arrays, ("u", "v", "w"))
+        acceleration = largest(arrays, ("au", "av", "aw"))
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
@@ -95,9 +95,9 @@ class MotionLimits:
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN
 
 
-def largest(pa, components):
-    """Largest squared length of a vector property."""
-    return float(np.max(sum(host(pa, name)**2 for name in components), initial=0.0))
+def largest(arrays, components):
+    """Largest length of a vector property over all arrays."""
+    return math.sqrt(max(float(np.max(sum(host(pa, name)**2 for name in components), initial=0.0)) for pa in arrays))
 
 
 class PBFIntegrator(Integrator):
