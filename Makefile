@@ -13,8 +13,9 @@ export OMP_WAIT_POLICY ?= passive
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
 
-# Files side by side, one per core: compiling takes most of the time of a first run.
-SIDE_BY_SIDE := -n auto --dist loadfile
+# Files side by side: compiling takes most of the time of a first run. `make test WORKERS=0` is one after the other.
+WORKERS ?= 2
+SIDE_BY_SIDE := -n $(WORKERS) --dist loadfile
 
 test: $(TESTABLE)
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE)

@@ -548,3 +548,20 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
         assert np.abs(fluid.swell - swell).max() < 0.03  # a jump to equal shares would be 0.15
     assert bubbles[0] == 2 and bubbles[-1] == 1
     assert np.sum((fluid.m * fluid.swell)[vapour]) == pytest.approx(volume, rel=1e-2) and np.ptp(swell[vapour]) > 0.1
+
+
+@pytest.mark.filterwarnings("ignore:.*density sweeps", "ignore:.*rings once in")
+def test_wall_moves_no_faster_than_a_step_allows():
+    """In its own time this bubble rings more than once a step: it would collapse and rebound in one."""
+    stepper, fluid, bubble = pool(12, 2.6, dim=3, v_exp=1.5, form="rayleigh_plesset", time_scale=1.0, lower=0.05)
+    fluid.swell[bubble] = 2.2
+
+    def radius():
+        return np.cbrt(3.0 / (4.0 * np.pi) * np.sum((fluid.m * fluid.swell)[bubble]) / WATER.rho_l)
+
+    before, moved = radius(), []
+    for _ in range(8):
+        stepper.step()
+        moved.append(abs(radius() - before) / DX)
+        before = radius()
+    assert max(moved) == pytest.approx(0.2, rel=1e-6) and fluid.n_clamped[0] >= 1
