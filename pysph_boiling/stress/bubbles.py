@@ -107,7 +107,7 @@ def cases():
 
         yield case("bubble-1", "a bubble of one particle", partial(of, dim, 1), saturated)
         yield case("bubble-2", "a bubble of two particles", partial(of, dim, 2), saturated)
-        yield case("shaken", "bubbles merge and split every step", partial(shaken, dim), labels_change, steps=200)
+        yield case("shaken", "bubbles merge and split every step", partial(shaken, dim), labels_change, steps=60)
         yield case("thousand", "a thousand bubbles", partial(thousand, dim), saturated, steps=100 if dim == 2 else 60,
                    quick=0)
         for form in ("band", "relative"):
