@@ -84,7 +84,8 @@ def test_accelerated_moves_equal_the_reference():
 
 def test_lists_with_a_skin_are_kept_and_change_nothing():
     """Until round-off has grown: the same neighbours count, whatever the list holds beside them."""
-    fresh, kept = (tank(share=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0) for skin in (0.0, 0.3))
+    fresh, kept = (tank(share=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0)
+                   for skin in (0.0, 0.3))
     start = fresh.arrays["fluid"].x.copy(), fresh.arrays["fluid"].y.copy()
     fresh.step(60)
     kept.step(60)
