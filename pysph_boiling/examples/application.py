@@ -424,9 +424,14 @@ class SceneApplication(Application):
         for name, sentence in (("n_split", "steps were split, since particles would have moved too far in them"),
                                ("n_unconverged", "steps ended their density sweeps above the tolerance"),
                                ("n_limited", "position corrections were cut by the displacement limiter"),
-                               ("n_projected", "times a particle was projected back into the container")):
+                               ("n_projected", "times a particle was projected back into the container"),
+                               ("n_push_cut", "pushes of the oscillation were cut at its displacement limit"),
+                               ("n_clamped", "times the volume of a bubble was held")):
             if last.get(name):
                 console.print(f"note: {last[name]:.0f} {sentence} ({self.solver.count} steps)")
+        heat = np.max(self.ledger.table().get("heat_subcycles", 1.0), initial=1.0)
+        if heat > 1.0:
+            console.print(f"note: steps took up to {heat:.0f} heat steps")
         if "energy_residual" in last:
             console.print(f"ledger: energy residual {last['energy_residual']:.2e}, mass residual "
                           f"{last['mass_residual']:.2e}")

@@ -156,3 +156,13 @@ def test_frame_and_substeps(arguments, dt, pfreq):
     app._parse_command_line(force=True)
     app._prepare()
     assert app.scheme.dt == pytest.approx(dt, rel=1e-15) and app.scheme.solver.pfreq == pfreq
+
+
+def test_run_that_needed_safeguards_says_so(tmp_path, capsys):
+    app = DamBreak(output_dir=str(tmp_path))
+    app.check_final = lambda: None
+    app.run(["--spacing", "0.05", "--frame", "0.05", "--substeps", "1", "--duration", "0.2", "--no-pictures",
+             "--openmp"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert app.ledger.rows[-1]["n_split"] == 4 and app.ledger.rows[-1]["substeps"] >= 5
+    assert "note: 4 steps were split, since particles would have moved too far in them" in said
