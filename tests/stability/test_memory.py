@@ -44,4 +44,4 @@ def test_memory_is_flat(tmp_path):
     last = app.ledger.rows[-1]
     assert last["n_vented"] >= 20 and last["n_condensed"] >= 20, last
     early, late = np.mean(app.memory.seen[3:6]), np.mean(app.memory.seen[-3:])
-    assert late - early <= 4e6, app.memory.seen  # caches of the allocator; measured below 1 MB
+    assert late - early <= 4e6, app.memory.seen  # caches of the allocator; measured .2 MB over 12,000
