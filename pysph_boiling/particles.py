@@ -11,7 +11,7 @@ from pysph.base.utils import get_particle_array
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "cylinder_vessel", "fluid_array", "fluid_block", "host", "lattice_density", "site_array", "sites_on_base",
+    "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array", "sites_on_base",
     "wall_array",
 ]
 
@@ -23,6 +23,13 @@ def host(pa, name):
     if pa.gpu is not None:
         pa.gpu.pull(name)
     return pa.get(name, only_real_particles=True)
+
+
+def fill(pa, name, value):
+    """Set a property of all particles of one array to a number, on the host and, where there is one, on the device."""
+    pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet how many are real
+    if pa.gpu is not None:
+        pa.gpu.push(name)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.particles import host
+from pysph_boiling.particles import fill, host
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -156,16 +156,14 @@ class PBFIntegrator(Integrator):
         for _ in range(self.motion.settle):
             self.update_domain()
             self.search()
-            self.compute_accelerations(self.density(), update_nnps=False)
+            self.acceleration_evals[self.density()].compute(0.0, 0.0)  # no density term reads the time
             if max(float(pa.density_error[1]) for pa in self.arrays) <= SETTLED:
                 break
         for pa in self.arrays:
             set_constant(pa, "settled", 1.0)
             for name in ("limited", "contacts", "projected"):
                 if name in pa.properties:
-                    pa.get(name)[:] = 0
-                    if pa.gpu is not None:
-                        pa.gpu.push(name)
+                    fill(pa, name, 0)
 
     def one_timestep(self, t, dt):
         self.stage1()

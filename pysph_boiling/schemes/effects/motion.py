@@ -8,7 +8,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
-from pysph_boiling.particles import Property, lattice_density
+from pysph_boiling.particles import Property, fill, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
 from pysph_boiling.schemes.integrator import MotionLimits
 from pysph_boiling.schemes.stages import Term
@@ -114,7 +114,7 @@ class DensityConstraint(Effect):
         """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
         for name in scene.fluids:
             for axis, g in zip(("au", "av", "aw"), scene.gravity):
-                arrays[name].get(axis)[:] = g
+                fill(arrays[name], axis, g)
 
     def columns(self, scene):
         return (
