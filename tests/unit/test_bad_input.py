@@ -84,7 +84,7 @@ def test_folder_that_is_a_file(tmp_path, capsys):
     taken = tmp_path / "taken"
     taken.touch()
     assert cli.main(["run", "dam_break", "-d", str(taken)]) == 2
-    assert "'" + str(taken) + "', already exists" in capsys.readouterr().err
+    assert f"the output folder '{taken}' cannot be written to: File exists" in capsys.readouterr().err
 
 
 # --- the same from Python ---------------------------------------------------------------------------------------------
