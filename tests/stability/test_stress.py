@@ -10,7 +10,7 @@ from pysph_boiling.stress.command import COLUMNS, measure, page, safeguards, str
 from pysph_boiling.stress.judge import judge, load_bounds
 
 BOUNDS, CASES = load_bounds(), all_cases()
-OWN_SET = ("quiet", "flux", "burst", "omega", "band", "paper")  # effects that no other test compiles: half a minute each
+OWN_SET = ("quiet", "flux", "burst", "omega", "band", "paper")  # modules that no other test needs
 QUICK = [pytest.param(name, marks=[pytest.mark.slow] if name.startswith(OWN_SET) else [])
          for name, case in CASES.items() if case.quick]
 
