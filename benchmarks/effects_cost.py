@@ -169,7 +169,7 @@ class Pool:
         integrator = self.scheme.integrator
 
         def counted(name):
-            return float(self.fluid.constants[name].get_npy_array()[0]) if name in self.fluid.constants else 0.0
+            return float(self.fluid.constants[name].get_npy_array()[-1]) if name in self.fluid.constants else 0.0
 
         count = {}
         for _ in range(n):

@@ -47,7 +47,7 @@ def main():
     job.begin_now()
     for _ in range(job.steps):
         stepper.step()
-        job.step_done(fluid.sweeps[0], lambda: position(fluid),
+        job.step_done(fluid.sweeps[1], lambda: position(fluid),
                       lambda: mean_neighbours(stepper, 2.0 * job.h if job.done == 1 else None))
     job.write(out, fluid=len(fluid.x), wall=len(wall.x), volume=float(fluid.m[0] / scheme.rho0),
               support=float(scheme.kernel.radius_scale * fluid.h[0]), wall_volume=float(wall.m.mean() / scheme.rho0),

@@ -41,8 +41,7 @@ def perform(problem, threads, end):
 
 def measure(problem, threads=1):
     """Outcome of a run as a dictionary, with the load of the machine before it; ``failed`` says why there is none."""
-    kind = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
-    context = multiprocessing.get_context(kind)
+    context = multiprocessing.get_context("spawn")  # in a fork of a process that has used threads, OpenMP hangs
     ours, theirs = context.Pipe(duplex=False)
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
     process = context.Process(target=perform, args=(problem, threads, theirs))

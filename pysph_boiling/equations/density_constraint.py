@@ -247,7 +247,7 @@ class PBFLambda(Equation):
 
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg].
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
-    ``sweeps`` (count) [-].   Needs   PBFDensity in the same group.
+    ``sweeps`` (count in this run of the stage, in this step) [-].   Needs   PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or most <= 0.
     Limits   Stiffness depends on the number of sweeps; the error is that before the sweep's correction.
     """
@@ -291,6 +291,7 @@ class PBFLambda(Equation):
         dst.density_error[0] = mean
         dst.density_error[1] = parallel_reduce_array(worst, 'max')
         dst.sweeps[0] += 1.0
+        dst.sweeps[1] += 1.0
         self.conv = -1.0
         if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.most):
             self.conv = 1.0

@@ -348,7 +348,7 @@ class SceneApplication(Application):
                 self.resumed = Resumed(restart, self.prepared)
         self.options.quiet = True  # progress and messages are ours
         if not self.options.disable_output:
-            check_writable(self.options.output_dir or f"{self.fname}_output")
+            check_writable(self.options.output_dir)
         super().setup(argv=None)
 
     def _parse_command_line(self, force=False):

@@ -97,7 +97,7 @@ class BubbleRise(Problem):
                                    "sqrt(diameter/g)" if height else "there is no bubble")
             height.append(float(found[0].centroid[1]) / self.diameter)
             shredded = max(shredded, 1.0 - found[0].n / sum(shape.n for shape in found))
-            sweeps.append(fluid.sweeps[0])
+            sweeps.append(fluid.sweeps[1])
         low, high = self.WINDOW
         at = np.interp([low, 0.5 * (low + high), high], height, t)
         lower, upper = 0.5 * (high - low) / np.diff(at)

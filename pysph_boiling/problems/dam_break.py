@@ -62,7 +62,7 @@ class DamBreak(Problem):
         while stepper.t < self.duration:
             for _ in range(every):
                 stepper.step()
-                sweeps.append(fluid.sweeps[0])
+                sweeps.append(fluid.sweeps[1])
                 mean.append(fluid.density_error[0])
                 worst.append(fluid.density_error[1])
             times.append(stepper.t)

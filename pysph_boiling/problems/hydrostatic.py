@@ -91,7 +91,7 @@ class HydrostaticColumn(Problem):
         for _ in range(SAMPLES):
             for _ in range(every):
                 stepper.step()
-                sweeps.append(fluid.sweeps[0])
+                sweeps.append(fluid.sweeps[1])
                 residual.append(fluid.density_error[0])
             errors = compression(fluid, [wall], scheme)
             mean.append(errors.mean())

@@ -348,6 +348,11 @@ class SplitMixin(EventFigure):
 class Figure9(SplitMixin):
     """A bubble splitting."""
 
+    key, title = "fig9", "Figure 9: a bubble splits"
+    words = ("physically plausible breakup and volume conservation (Table 4): one bubble becomes several",
+             "breakup keeps what the bubble holds")
+    about = ("A bubble torn by eddies, as other bubbles leave them in a boil; what splits the paper's is not said.")
+
     def tell(self, section, groups, tracks, quick):
         super().tell(section, groups, tracks, quick)
         spans, splits = [], 0
@@ -358,13 +363,8 @@ class Figure9(SplitMixin):
                 spans += [later.t - event.t] if later else []
         section.statements.append(Statement(
             "the daughters stay apart", f"in {len(spans)} of {splits} runs they are one again" +
-            (f", {spread([1e3 * span for span in spans], 'ms')} later" if spans else "") +
-            ": cohesion draws vapour together that is near", None, "the paper's picture shows one moment"))
-
-    key, title = "fig9", "Figure 9: a bubble splits"
-    words = ("physically plausible breakup and volume conservation (Table 4): one bubble becomes several",
-             "breakup keeps what the bubble holds")
-    about = ("A bubble torn by eddies, as other bubbles leave them in a boil; what splits the paper's is not said.")
+            (f", {spread([1e3 * span for span in spans], 'ms')} later: cohesion draws together what is near" if spans
+             else " before the run ends"), None, "the paper's picture shows one moment"))
 
 
 class Figure12(SplitMixin):

@@ -141,13 +141,14 @@ class PBFIntegrator(Integrator):
         """Nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
 
     def step(self, time, dt):
-        if "density" in self.stages and self.arrays[0].settled[0] == 0.0:
-            self.settle()
-        n = self.motion.substeps(self.arrays, dt) if self.motion else 1
-        for pa in self.arrays:
-            if "substeps" in pa.constants:
+        n, self.heat_subcycles = 1, 0
+        if self.motion:
+            if self.arrays[0].settled[0] == 0.0:
+                self.settle()
+            n = self.motion.substeps(self.arrays, dt)
+            for pa in self.arrays:
                 set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
-        self.heat_subcycles = 0
+                set_constant(pa, "sweeps", 0.0)
         for k in range(n):
             super().step(time + k * dt / n, dt / n)
 
@@ -212,7 +213,7 @@ class PBFIntegrator(Integrator):
     def density(self):
         """Index of the density sweeps, which begin with plain ones."""
         for pa in self.arrays:
-            set_constant(pa, "sweeps", 0.0)
+            set_constant(pa, "sweeps", (0.0, pa.sweeps[1]))
             if "sweep_weight" in pa.constants:
                 set_constant(pa, "sweep_weight", (1.0, math.inf, 0.0))
         return self.stages["density"]

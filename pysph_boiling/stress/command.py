@@ -85,7 +85,7 @@ def safeguards(run):
     return ", ".join(told)
 
 
-def perform(case, steps, bounds, pipe):
+def perform(name, steps, bounds, pipe):
     """Run one case in a process of its own and send its row."""
     try:
         import resource
@@ -93,18 +93,22 @@ def perform(case, steps, bounds, pipe):
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     except (ImportError, ValueError):
         pass
+    case = all_cases()[name]
     pipe.send(measure(case, simulate(case, steps), bounds))
 
 
 def run_all(asked, bounds, jobs, report):
-    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too."""
-    context = multiprocessing.get_context("fork")
+    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too.
+
+    The processes are fresh ones: in a fork of one that has used threads, OpenMP waits for ever.
+    """
+    context = multiprocessing.get_context("spawn")
     rows, waiting, running = {}, list(asked), {}
     while waiting or running:
         while waiting and len(running) < jobs:
             case, steps = waiting.pop(0)
             here, there = context.Pipe(duplex=False)
-            process = context.Process(target=perform, args=(case, steps, bounds, there))
+            process = context.Process(target=perform, args=(case.name, steps, bounds, there))
             process.start()
             there.close()
             running[here] = case, process

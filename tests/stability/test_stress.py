@@ -1,12 +1,13 @@
 """Hard cases in their quick form, in 2-D; ``pysph-boiling stress`` runs all of them."""
 import json
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
 
 from pysph_boiling.stress.case import simulate
 from pysph_boiling.stress.cases import all_cases
-from pysph_boiling.stress.command import COLUMNS, measure, page, safeguards, stress
+from pysph_boiling.stress.command import COLUMNS, measure, page, run_all, safeguards, stress
 from pysph_boiling.stress.judge import judge, load_bounds
 
 BOUNDS, CASES = load_bounds(), all_cases()
@@ -55,17 +56,31 @@ def test_command_writes_its_table(tmp_path, capsys):
         stress(["nonsense"])
 
 
-def test_a_case_that_fails_is_told(monkeypatch):
+def test_a_case_that_fails_is_told(monkeypatch, capsys):
     from pysph_boiling.stress import command
 
+    strict = deepcopy(BOUNDS)
+    strict["rules"]["speed"]["bound"] = 0.0
+    monkeypatch.setattr(command, "load_bounds", lambda: strict)
+    with pytest.raises(AssertionError, match="1 of 1 cases: threads-2d"):
+        stress(["threads-2d", "--quick"])
+    assert "> 0" in capsys.readouterr().out
+
+
+def test_a_refusal_that_was_not_asked_for_fails():
     case = CASES["latent-zero-2d"]
     wrong = type(case)(name=case.name, hard=case.hard, build=case.build, steps=1, quick=1)
-    monkeypatch.setattr(command, "all_cases", lambda: {case.name: wrong})
-    with pytest.raises(AssertionError, match="1 of 1 cases: latent-zero-2d"):
-        stress(["--quick"])
     row = measure(wrong, simulate(wrong, 1), BOUNDS)
     assert row.verdict == "fails" and row.reasons == [simulate(wrong, 1).refusal]
     assert "fails: L of water" in page([row], BOUNDS)
+
+
+def test_a_case_runs_after_one_with_two_threads():
+    """A fork of a process that has used threads hangs in OpenMP."""
+    case = CASES["threads-2d"]
+    simulate(case, 2)
+    (row,) = run_all([(case, 2)], BOUNDS, 1, print)
+    assert row.steps == 2 and row.verdict == "passes"
 
 
 def test_safeguards_report_when_they_acted():

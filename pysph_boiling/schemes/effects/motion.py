@@ -15,7 +15,6 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
 
-
 PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 
 
@@ -93,7 +92,7 @@ class DensityConstraint(Effect):
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
-        return {"density_error": [0.0, 0.0], "sweeps": 0.0, "unconverged": 0.0, "settled": 0.0,
+        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
                 "substeps": [1.0, 0.0]} | accelerated
 
     def check(self, scene, arrays):
@@ -119,7 +118,7 @@ class DensityConstraint(Effect):
     def columns(self, scene):
         return (
             Column("sweeps", "-", "density sweeps of the last step",
-                   lambda arrays, scene: max(float(pa.sweeps[0]) for pa in arrays)),
+                   lambda arrays, scene: max(float(pa.sweeps[1]) for pa in arrays)),
             Column("density_error_mean", "-", "mean positive density error before the last sweep",
                    lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
             Column("density_error_max", "-", "largest positive density error before the last sweep",
@@ -178,14 +177,13 @@ N_CONTACTS = (
     cumulative("n_projected", "-", "projections into the container since the start", "projected"))
 
 
-def walls(scene, margin):
+def contained(scene, margin):
     """Where a container acts, and how deep a contact there is [m].
 
     A prediction ends at the wall wherever it leads to (the step is short enough, see ``density.courant``); a
     correction of a sweep that presses a particle through the margin and out of the container is a projection.
     """
     return ("density.contact", math.inf), ("density.correction", margin * scene.spacing)
-
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,7 +229,7 @@ class BoxContainer(Effect):
 
     def terms(self, scene, fluid):
         lower, upper = self.bounds(scene)
-        for place, depth in walls(scene, self.margin):
+        for place, depth in contained(scene, self.margin):
             yield Term(place, container.PBFBoxContainer(fluid, None, lower=lower, upper=upper, depth=depth))
 
 
@@ -276,7 +274,7 @@ class CylinderContainer(Effect):
 
     def terms(self, scene, fluid):
         inset = self.margin * scene.spacing
-        for place, depth in walls(scene, self.margin):
+        for place, depth in contained(scene, self.margin):
             yield Term(place, container.PBFCylinderContainer(
                 fluid, None, centre=self.centre, radius=self.radius - inset, bottom=self.bottom + inset,
                 top=self.top - inset, depth=depth, dim=scene.dim))

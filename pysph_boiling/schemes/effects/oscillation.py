@@ -253,7 +253,8 @@ class Oscillation(Effect):
         R, U, clamped = self.bubble(scene).advance(
             R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.time_scale,
             *self.bounds())
-        # What it displaces moves as far. A step that is split does not let it go further: the parts would be ever more.
+        # What it displaces moves as far, and meets what comes from the other side: half of what a step may move each.
+        # A step that is split does not let it go further: the parts would be ever more.
         reach = 0.5 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
         clamped |= np.abs(R - start) > reach
         R = np.clip(R, start - reach, start + reach)
