@@ -1,7 +1,8 @@
-"""A PySPH solver that compiles its stages side by side, for the vector unit of the processor.
+"""A PySPH solver that compiles its stages side by side, for the vector unit of the processor, and no stage twice.
 
 PySPH builds one module per stage, one after the other, about 20 s each on a cold cache. Here each is built in a child
-process first; PySPH then finds all of them in its own cache.
+process first; PySPH then finds all of them in its own cache. A module names only the arrays that it uses, so that
+scenes share it that differ elsewhere.
 """
 import functools
 import io
@@ -9,6 +10,7 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import platform
+import re
 import shlex
 import subprocess
 import sysconfig
@@ -20,10 +22,11 @@ from compyle.ext_module import CONFIG_OPTS, get_openmp_flags
 from Cython.Compiler.Options import get_directive_defaults
 from pysph.solver.output import HDFOutput
 from pysph.solver.solver import Solver
+from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
-__all__ = ["StagedSolver", "build_side_by_side", "vector_flags", "vector_tag", "vectorised"]
+__all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
 # Sums may be reordered, which a vectorised sum over the neighbours needs; NaN and Inf keep their meaning. -O2 without
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
@@ -58,15 +61,43 @@ def vector_tag():
     return f"_{zlib.crc32(' '.join(flags).encode()):08x}" if flags else ""
 
 
+def lean(source):
+    """The source of a module of PySPH's, whose wrapper of particle arrays declares the arrays that it uses alone.
+
+    PySPH declares every property and constant there is, so that no two scenes with other effects share a module. What
+    is not declared becomes a Python attribute, which only the host reads.
+    """
+    used = set(re.findall(r"\b(?:dst|src)\.(\w+)\.data", source)) | set(re.findall(r"self\.\w+\.(\w+)\[0\]", source))
+
+    def declared(line):
+        names = [name for name in line[2].split(", ") if name in used]
+        return f"    cdef public {line[1]} {', '.join(names)}\n" if names else ""
+
+    head, begin, rest = source.partition("cdef class ParticleArrayWrapper:\n")
+    wrapper, end, tail = rest.partition("    cdef public str name\n")
+    if not end:
+        raise RuntimeError("PySPH's generated wrapper of particle arrays is not as this version of ours knows it")
+    wrapper = re.sub(r"    cdef public ((?!Particle)\w+Array) (.*)\n", declared, wrapper)
+    return f"{head}{begin}    cdef dict __dict__\n{wrapper}{end}{tail}"
+
+
+class LeanHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
+    """PySPH's generator of one module, made :func:`lean`."""
+
+    def compile(self, code):
+        return super().compile(lean(code))
+
+
 @contextmanager
 def vectorised():
-    """PySPH compiles with :func:`vector_flags` inside this block, and without the code that would pickle a kernel.
+    """PySPH compiles with :func:`vector_flags` inside this block, :func:`lean` modules without code to pickle kernels.
 
     Its cache knows a module by its source alone: sources must say which flags they are for, by :func:`vector_tag`.
     """
-    flags, directives = vector_flags(), get_directive_defaults()
+    flags, directives, plain = vector_flags(), get_directive_defaults(), LeanHelper.__base__
     before = directives["auto_pickle"]
     directives["auto_pickle"] = False  # a quarter of the compiler's work
+    acceleration_eval_cython_helper.AccelerationEvalCythonHelper = LeanHelper
     if flags:
         compile_flags, link_flags = get_openmp_flags()
         CONFIG_OPTS.update(OMP_CFLAGS=[*compile_flags, *flags], OMP_LINK=link_flags)
@@ -74,6 +105,7 @@ def vectorised():
         yield
     finally:
         directives["auto_pickle"] = before
+        acceleration_eval_cython_helper.AccelerationEvalCythonHelper = plain
         if flags:
             del CONFIG_OPTS["OMP_CFLAGS"], CONFIG_OPTS["OMP_LINK"]
 

@@ -40,7 +40,7 @@ from pysph_boiling.schemes.effects import (
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.options import add_options, apply_options, option_table
 from pysph_boiling.schemes.pbf import PBFScheme
-from pysph_boiling.schemes.solver import vector_tag
+from pysph_boiling.schemes.solver import lean, vector_tag
 from pysph_boiling.schemes.stages import STAGES
 
 DX = 0.01
@@ -157,6 +157,13 @@ def test_absent_effect_adds_nothing(slot):
     assert {column.name for column in Ledger(scheme).columns} == columns | LEDGER
     assert {group.name for _, group in subgroups(equations)} == {term.place.replace(".", "_") for term in terms}
     assert {type(e).__name__ for _, group in subgroups(equations) for e in group.equations} == kernels
+
+
+def test_stages_that_an_effect_leaves_as_they_are_keep_their_modules():
+    """PySPH alone would compile every stage anew, since each module declares what any effect brings along."""
+    full, less = (sources(*make(effects=effects)) for effects in (FULL, without("burst")))
+    assert len(full) == len(less) + 1 and not set(full) & set(less)
+    assert {lean(source) for source in less} <= {lean(source) for source in full}
 
 
 def test_storage_in_sites_adds_what_it_owns():

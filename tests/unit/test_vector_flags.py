@@ -1,4 +1,4 @@
-"""Modules are compiled for the vector unit, PySPH's cache tells them apart, and a user's own flags are left alone."""
+"""Modules are compiled for the vector unit and declare what they use; a user's own flags are left alone."""
 import pytest
 from compyle import ext_module
 
@@ -41,3 +41,25 @@ def test_flags_of_the_user_are_left_alone(monkeypatch):
 def test_compiler_that_knows_no_such_flag_gets_none(monkeypatch):
     monkeypatch.setattr(solver.sysconfig, "get_config_var", lambda name: "false")
     assert solver.vector_flags() == ()
+
+
+def test_lean_source_declares_what_it_uses():
+    source = """before
+cdef class ParticleArrayWrapper:
+    cdef public int index
+    cdef public ParticleArray array
+    cdef public DoubleArray T, d, e, x, y
+    cdef public IntArray phase
+    cdef public str name
+
+    d_x = dst.x.data
+    s_e = src.e.data
+    D_START_IDX = self.fluid.d[0]
+"""
+    wanted = source
+    for before, after in (("Wrapper:\n", "Wrapper:\n    cdef dict __dict__\n"), ("T, d, e, x, y", "d, e, x"),
+                          ("    cdef public IntArray phase\n", "")):
+        wanted = wanted.replace(before, after)
+    assert solver.lean(source) == wanted
+    with pytest.raises(RuntimeError, match="generated wrapper"):
+        solver.lean("nothing of the kind")
