@@ -18,7 +18,7 @@ class BubbleCohesion(Equation):
 
     Parameters
     ----------
-    strength : float   a_c [m/s^2], >= 0. strength dt^2/spacing <= 0.05 is clean, >= 0.16 shreds (the scheme warns).
+    strength : float   a_c [m/s^2], >= 0. Up to strength dt^2/spacing = 0.025 in 2-D and 0.01 in 3-D bubbles stay calm.
     radius : float     Range R [m], > 0, at most the support of the kernel.
 
     Reads    d_phase, s_phase, d_m, s_m [kg], positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.

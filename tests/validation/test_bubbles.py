@@ -57,6 +57,14 @@ def test_bubbles_that_touch_merge_and_their_volumes_add():
     assert len(p.table().n) == 1 and p.table().mean_radius[0] == pytest.approx(natural, rel=0.15)
 
 
+def test_bubble_at_rest_stays_at_rest():
+    """Cohesion and the density constraint balance; with 8 g, or twice the step, the bubble stirs the pool by now."""
+    p = pool(24, 24, [(12.0, 12.0)], radius=3.6)
+    p.stepper.step(640)  # 45 t*
+    speed = np.sqrt(np.mean(p.fluid.u**2 + p.fluid.v**2))
+    assert len(p.table().n) == 1 and speed < 0.15 * np.sqrt(9.81 * DX)
+
+
 def test_sheared_bubble_splits_and_a_still_one_does_not():
     p = pool(60, 24, [(30.0, 12.0)], radius=4.5)
     n = np.count_nonzero(p.vapour)

@@ -29,7 +29,7 @@ def rows(outcomes):
         yield "zuber", flux[200.0] / flux[80.0], f"{flux[200.0] / flux[80.0]:.2f}"
     if outcomes["size"]:
         sizes = [one.facts["size"] for one in outcomes["size"].values()]
-        yield "fritz", min(np.diff(sizes)), f"N = {', '.join(f'{size:.0f}' for size in sizes)}"
+        yield "fritz", min(np.diff(sizes)), f"N = {', '.join(f'{size:.1f}' for size in sizes)}"
 
 
 def draw(outcomes, path):
