@@ -232,14 +232,14 @@ def bubble_rise(quick):
 def bubble_at_rest(quick):
     from pysph_boiling.problems.bubble_at_rest import BubbleAtRest
 
-    what = "speed of the pool that a bubble at rest stirs, over sqrt(g dx)"
+    what, tank = "speed of the pool that a bubble at rest stirs, over sqrt(g dx)", dict(dim=3, cells=14)
     if quick:
         return Study("bubble_at_rest", BubbleAtRest(cells=16, duration=15.0), "speed", what, {}, presets=False)
     return Study("bubble_at_rest", BubbleAtRest(), "speed", what, {
         "time step": along("share", 0.1, 0.05, 0.035), "cohesion": along("strength", 2.5, 8.0),
         "time step and cohesion": together(along("share", 0.05, 0.035), along("strength", 8.0)),
-        "sweeps": fixed_sweeps(4, 16),
-        "3-D": together([dict(dim=3, cells=14)], [{}, {"strength": 3.0}, {"strength": 3.0, "share": 0.05}]),
+        "sweeps and cohesion": together(along("strength", 8.0), fixed_sweeps(4, 16)),
+        "3-D": [tank, *together([tank], along("strength", 3.0), along("share", 0.07, 0.05, 0.035))],
     })
 
 

@@ -6,13 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.analysis.shapes import shapes
-from pysph_boiling.examples.bubble_rise import BubbleRise as Scene
 from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
-from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.phases import Phase
-from pysph_boiling.problems.bubble_rise import STILL
+from pysph_boiling.problems.bubble_rise import blow, still_water
 from pysph_boiling.problems.problem import Outcome, Problem
-from pysph_boiling.problems.stepper import Stepper
 from pysph_boiling.schemes.effects import Buoyancy, Cohesion, DensityConstraint
 
 __all__ = ["BubbleAtRest"]
@@ -46,26 +42,18 @@ class BubbleAtRest(Problem):
 
     def run(self):
         p = BubbleRiseParameters(dim=self.dim, spacing=self.spacing, width=self.cells, fill=self.cells, superheat=0.0)
-        scene = Scene()
-        scheme = scene.make_scheme(p)
-        scheme.set_effects(density=self.density, buoyancy=Buoyancy(k_bubble=0.0),
-                           tension=Cohesion(strength=self.strength), **STILL)
-        arrays = scene.make_particles(p, scheme)
-        fluid = arrays[0]
-        scheme.setup_properties(arrays)
-        scheme.set_temperature(fluid, WATER_1ATM.T_sat - 1.0)
-        stepper = Stepper(scheme, arrays, dt=scheme.time_step(self.share))
-        steps = [math.ceil(time / self.share) for time in (self.settle, self.duration / self.SAMPLES)]
-        stepper.step(steps[0])
-
+        unit = math.sqrt(self.spacing / 9.81)
+        scheme, fluid, stepper = still_water(
+            p, share=self.share, settle=self.settle * unit, density=self.density, buoyancy=Buoyancy(k_bubble=0.0),
+            tension=Cohesion(strength=self.strength))
         place = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :self.dim] / self.spacing - 0.5 * self.cells
         inside = np.linalg.norm(place, axis=1) < self.radius
-        fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
-        t, speed = [], []
+        blow(fluid, inside)
+        t, speed, every = [], [], math.ceil(self.duration / self.SAMPLES / self.share)
         for sample in range(1, self.SAMPLES + 1):
-            stepper.step(steps[1])
-            t.append(sample * steps[1] * self.share)
-            speed.append(math.sqrt(np.mean(fluid.u**2 + fluid.v**2 + fluid.w**2) / (9.81 * self.spacing)))
+            stepper.step(every)
+            t.append(sample * every * self.share)
+            speed.append(math.sqrt(np.mean(fluid.u**2 + fluid.v**2 + fluid.w**2)) * unit / self.spacing)
         pieces = [shape.n for shape in shapes(fluid, self.dim, scheme.rho0)]
         return Outcome(
             errors=dict(speed=float(np.mean(speed[-self.SAMPLES // 5:])), torn=1.0 - max(pieces) / sum(pieces)),

@@ -15,10 +15,32 @@ from pysph_boiling.problems.problem import Outcome, Problem
 from pysph_boiling.problems.stepper import Stepper
 from pysph_boiling.schemes.effects import DensityConstraint, HeatConduction
 
-__all__ = ["BubbleRise"]
+__all__ = ["BubbleRise", "blow", "still_water"]
 
 STILL = dict(burst=None, condensation=None, pooling=None, expansion=None, oscillation=None, venting=None,
              heat=HeatConduction(acceleration=1e-9))  # so that the bubble only rises
+
+
+def still_water(p, *, share, settle, kernel="CubicSpline", hdx=1.2, **effects):
+    """The scene with parameters ``p``, heat standing still, after ``settle`` [s]: (scheme, fluid, stepper).
+
+    ``share`` is the time step over t*; ``effects`` (slot -> effect) take the place of the scene's own.
+    """
+    scene = Scene()
+    scheme = scene.make_scheme(p)
+    scheme.kernel, scheme.hdx = getattr(kernels, kernel)(dim=p.dim), hdx
+    scheme.set_effects(**effects, **STILL)
+    arrays = scene.make_particles(p, scheme)
+    scheme.setup_properties(arrays)
+    scheme.set_temperature(arrays[0], WATER_1ATM.T_sat - 1.0)
+    stepper = Stepper(scheme, arrays, dt=scheme.time_step(share))
+    stepper.step(math.ceil(settle / stepper.dt))
+    return scheme, arrays[0], stepper
+
+
+def blow(fluid, inside):
+    """Make a bubble of the particles ``inside`` (n,), a mask."""
+    fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,21 +93,12 @@ class BubbleRise(Problem):
         p = BubbleRiseParameters(dim=2, spacing=spacing, width=round(self.WIDTH * self.cells),
                                  fill=round(self.FILL * self.cells), diameter=self.cells,
                                  height=self.START * self.cells, superheat=0.0, seed=seed)
-        scene = Scene()
-        scheme = scene.make_scheme(p)
-        scheme.kernel, scheme.hdx = getattr(kernels, self.kernel)(dim=2), self.hdx
-        scheme.set_effects(density=self.density, **STILL)
-        arrays = scene.make_particles(p, scheme)
-        fluid = arrays[0]
-        scheme.setup_properties(arrays)
-        scheme.set_temperature(fluid, WATER_1ATM.T_sat - 1.0)
-        stepper = Stepper(scheme, arrays, dt=scheme.time_step(self.share))
         unit = math.sqrt(self.diameter / 9.81)
-        stepper.step(math.ceil(self.settle * unit / stepper.dt))
+        scheme, fluid, stepper = still_water(p, share=self.share, settle=self.settle * unit, kernel=self.kernel,
+                                             hdx=self.hdx, density=self.density)
 
         x, y = fluid.x / spacing - 0.5 * p.width, fluid.y / spacing - p.height
-        inside = np.hypot(x, y) < 0.5 * self.cells
-        fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
+        blow(fluid, np.hypot(x, y) < 0.5 * self.cells)
         begin, every = stepper.t, max(1, round(0.1 * unit / stepper.dt))
         t, height, shredded, sweeps = [], [], 0.0, []
         while not height or height[-1] < self.WINDOW[1]:

@@ -436,7 +436,8 @@ def test_refresh_copies_to_the_images_and_keeps_their_shift():
 # --- warnings ---------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("effects", "kwargs", "message"), [
-    (sets.BOIL, dict(dt=3e-3), r"tension.strength g dt\^2/spacing = 0.044 is above 0.025: bubbles stir the liquid"),
+    (sets.BOIL, dict(dt=3e-3), r"tension.strength g dt\^2/spacing = 0.044 is above 0.025: bubbles stir the "
+     "liquid; use a shorter step or less cohesion"),
     (dict(viscosity=XSPHViscosity(rate=600.0)), {}, r"viscosity.rate \* dt = 0.6 is above 0.5"),
     ({**sets.BOIL, "drag": Drag(rate=600.0)}, {}, r"drag.rate \* dt = 0.6 is above 0.5"),
     (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy: without gravity it does nothing"),

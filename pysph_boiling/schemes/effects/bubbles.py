@@ -123,7 +123,7 @@ class Cohesion(Effect):
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
     # strength g dt^2/spacing: what a step's pull and the density constraint's answer leave over does work. Above this a
-    # bubble at rest stirs the pool ever more, in 30 t* at .04 (2-D) and .015 (3-D), and in 3-D tears itself apart.
+    # bubble at rest stirs the pool ever more, in 30 t* at .04 (2-D) and .015 (3-D).
     CALM = MappingProxyType({2: 0.025, 3: 0.01})
 
     def resolved(self, scene):
@@ -138,7 +138,7 @@ class Cohesion(Effect):
         number = self.resolved(scene) * scene.g * dt * dt / scene.spacing
         if number > self.CALM[scene.dim] * (1.0 + 1e-9):
             yield (f"tension.strength g dt^2/spacing = {number:.2g} is above {self.CALM[scene.dim]}: bubbles stir the "
-                   "liquid and tear in the end; use a shorter step or less cohesion")
+                   "liquid; use a shorter step or less cohesion")
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", surface_tension.BubbleCohesion(

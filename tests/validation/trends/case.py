@@ -14,7 +14,7 @@ def run(quick):
     flux = {dT: [BoilingRate(superheat=dT, duration=duration, seed=seed, **SMALL).run() for seed in seeds]
             for dT in ((20.0, 80.0) if quick else (20.0, 40.0, 80.0, 200.0))}
     return dict(flux=flux, size={} if quick else {adhesion: Departure(adhesion=adhesion).run()
-                                                  for adhesion in (0.0, 2.5, 5.0)})
+                                                  for adhesion in (0.0, 2.5, 5.0, 10.0)})
 
 
 def rows(outcomes):
@@ -29,7 +29,9 @@ def rows(outcomes):
         yield "zuber", flux[200.0] / flux[80.0], f"{flux[200.0] / flux[80.0]:.2f}"
     if outcomes["size"]:
         sizes = [one.facts["size"] for one in outcomes["size"].values()]
-        yield "fritz", min(np.diff(sizes)), f"N = {', '.join(f'{size:.1f}' for size in sizes)}"
+        found = f"N = {', '.join(f'{size:.1f}' for size in sizes)}"
+        yield "fritz", min(np.diff(sizes[:-1])), found
+        yield "fritz_strong", sizes[-1] - sizes[-2], found
 
 
 def draw(outcomes, path):
