@@ -36,14 +36,14 @@ def of(dim, n):
 
 
 def shaken(dim):
-    """A bubble whose halves are driven apart and together in turns, 0.39 spacings each step."""
+    """A bubble whose halves are driven apart and together in turns, 0.45 spacings each step."""
     centre, radius = middle(dim), 2.5
 
     def before(run):
         vapour = run.get("phase") == Phase.VAPOUR
         side = np.where(run.start["x"] < centre[0] * run.scene.spacing, -1.0, 1.0)
         sense = 1.0 if run.steps % 2 == 0 else -1.0
-        run.get("u")[vapour] = (sense * side * 0.39 * run.scene.spacing / run.dt)[vapour]
+        run.get("u")[vapour] = (sense * side * 0.45 * run.scene.spacing / run.dt)[vapour]
 
     return pool(dim, vapour=ball(centre, radius), before=before)
 

@@ -253,11 +253,14 @@ class Oscillation(Effect):
         R, U, clamped = self.bubble(scene).advance(
             R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.time_scale,
             *self.bounds())
-        # What it displaces moves as far, and meets what comes from the other side: half of what a step may move each.
-        # A step that is split does not let it go further: the parts would be ever more.
-        reach = 0.5 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
-        clamped |= np.abs(R - start) > reach
-        R = np.clip(R, start - reach, start + reach)
+        # What it displaces moves as far, and meets what comes from the other side: half of what a step may move both.
+        # A step that is split does not let it go further: the parts would be ever more. A wall held back has the speed
+        # it is held to: what it kept beyond that would come out in later steps, at any phase.
+        reach = 0.25 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
+        held = np.clip(R, start - reach, start + reach)
+        clamped |= held != R
+        fastest = reach * self.time_scale / dt
+        R, U = held, np.where(clamped, np.clip(U, -fastest, fastest), U)
         after, flow_after = 4.0 / 3.0 * math.pi * R**3, 4.0 * math.pi * R * R * U
 
         swell = swell * (after / before)[vapour.index]
