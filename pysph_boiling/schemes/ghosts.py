@@ -25,8 +25,6 @@ class Ghosts:
         """Find the images anew; call it right after the neighbour search."""
         self.images = []
         for pa in self.arrays:
-            if pa.gpu is not None:
-                continue
             n, total = pa.get_number_of_particles(True), pa.get_number_of_particles()
             if total == n:
                 continue

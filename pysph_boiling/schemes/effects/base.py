@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pysph_boiling.device import counted, values
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.stages import Term
@@ -239,7 +240,7 @@ def gather(arrays, name):
 
 def any_vapour(arrays):
     """Whether there is any vapour."""
-    return any(bool(np.any(host(pa, "phase") == Phase.VAPOUR)) for pa in arrays)
+    return any(counted(values(pa, "phase") == Phase.VAPOUR) > 0 for pa in arrays)
 
 
 def cumulative(name, unit, meaning, prop):
