@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 
-__all__ = ["Subset", "counted", "largest", "order_fluids", "send", "summed", "values"]
+__all__ = ["Mirrored", "Subset", "counted", "largest", "neighbour_search", "order_fluids", "send", "summed", "values"]
 
 
 def values(pa, name):
@@ -167,6 +167,31 @@ def _kernel(name, backend, dtype):
     return Elementwise({"gather": gather, "scatter": scatter}[name], backend=backend)
 
 
+class Mirrored:
+    """An object whose methods work on a device, seen from the host: each call sends all that the host holds, and
+    fetches properties when it is done. For work by hand; a run has no need of it.
+    """
+
+    def __init__(self, target, particles):
+        self._target, self._particles = target, particles
+
+    def __getattr__(self, name):
+        found = getattr(self._target, name)
+        if not callable(found):
+            return found
+
+        @functools.wraps(found)
+        def call(*args, **kwargs):
+            send(self._particles)
+            answer = found(*args, **kwargs)
+            for pa in self._particles:
+                if pa.gpu is not None:
+                    pa.gpu.pull(*pa.properties)
+            return answer
+
+        return call
+
+
 # --- what PySPH's device support lacks --------------------------------------------------------------------------------
 
 def send(particles):
@@ -177,6 +202,17 @@ def send(particles):
     for pa in particles:
         if pa.gpu is not None:
             pa.gpu.push()
+
+
+def neighbour_search(particles, **options):
+    """PySPH's neighbour search for the backend in use; lists are kept."""
+    if particles[0].gpu is None:
+        from pysph.base.nnps import LinkedListNNPS
+
+        return LinkedListNNPS(particles=particles, cache=True, **options)
+    from pysph.base.gpu_nnps import ZOrderGPUNNPS
+
+    return ZOrderGPUNNPS(particles=particles, **options)
 
 
 def order_fluids(nnps, fluids):

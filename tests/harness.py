@@ -4,37 +4,51 @@ Compiling is what costs time here (about 20 s a module, cold), so everything com
 scheme's stages are compiled side by side. Dimension, sizes and parameters are run-time values: 2-D and 3-D share a
 module, as do all values of a parameter.
 """
+import os
+
 import numpy as np
+import pytest
 from compyle.config import get_config
 from pysph.base.kernels import CubicSpline
-from pysph.base.nnps import LinkedListNNPS
 from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.device import Mirrored, neighbour_search
 from pysph_boiling.problems.stepper import Stepper
 from pysph_boiling.schemes.solver import vectorised
 
-__all__ = ["Evaluator", "Stepper", "one_group_each", "random_cloud", "use_openmp"]
+__all__ = ["BACKEND", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
+
+BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # what compiled tests run on: `make parity` runs them on all
+host_only = pytest.mark.skipif(BACKEND == "opencl", reason="periodic domains and threads are the host's")
 
 
-def use_openmp():
-    """All compiled tests run on OpenMP, as users do."""
-    get_config().use_openmp = True
+def use_backend():
+    """Compiled tests run on OpenMP, as users do, if nothing else is asked for; on a device in double precision."""
+    if BACKEND not in ("cython", "openmp", "opencl"):
+        raise ValueError(f"PYSPH_BOILING_BACKEND must be cython, openmp or opencl, got {BACKEND!r}")
+    config = get_config()
+    config.use_openmp = Stepper.openmp = BACKEND == "openmp"
+    config.use_opencl = config.use_double = BACKEND == "opencl"
+
+
+use_backend()  # before the first particle array is made
 
 
 class Evaluator:
     """Equations compiled on particle arrays; ``run(t, dt)`` evaluates them once on fresh neighbour lists."""
 
     def __init__(self, arrays, groups, *, dim, kernel=None, domain=None):
-        use_openmp()
+        use_backend()
         self.arrays, self.kernel = arrays, kernel or CubicSpline(dim=dim)
         self.evaluation = AccelerationEval(arrays, groups, self.kernel)
         with vectorised():
             SPHCompiler(self.evaluation, None).compile()
-        self.nnps = LinkedListNNPS(dim=dim, particles=arrays, radius_scale=self.kernel.radius_scale, cache=True,
-                                   domain=domain)
+        self.nnps = neighbour_search(arrays, dim=dim, radius_scale=self.kernel.radius_scale, domain=domain)
         self.evaluation.set_nnps(self.nnps)
+        if BACKEND == "opencl":
+            self.nnps, self.evaluation = (Mirrored(target, arrays) for target in (self.nnps, self.evaluation))
 
     def run(self, t=0.0, dt=1.0):
         self.nnps.update_domain()
