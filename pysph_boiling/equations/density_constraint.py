@@ -280,10 +280,9 @@ class PBFLambda(Equation):
     def reduce(self, dst, t, dt):
         from pysph_boiling.device import largest, summed, values  # here: compiled modules see no imports of ours
 
-        compression = values(dst, 'compression')
-        total = summed(compression)
-        worst = largest(compression)
-        n = len(compression)
+        n = dst.get_number_of_particles(True)
+        total = summed(values(dst, 'compression'))
+        worst = largest(values(dst, 'compression'))
         mean = parallel_reduce_array(total, 'sum') / max(parallel_reduce_array(float(n), 'sum'), 1.0)
         dst.density_error[0] = mean
         dst.density_error[1] = parallel_reduce_array(worst, 'max')

@@ -115,6 +115,9 @@ class StagedSolver(Solver):
 
         Errors: ``OSError`` that names the file where it cannot be written. HDF5 itself would crash on a full disk.
         """
+        for pa in self.particles:
+            if pa.gpu is not None:
+                pa.gpu.push(*pa.constants)  # the host's count; PySPH is about to fetch them
         if self.before_output is not None:
             self.before_output()
         if self.disable_output or self.in_parallel:
