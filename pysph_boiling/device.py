@@ -10,10 +10,14 @@ the host holds is pushed when the solver is set up.
 import copy
 import functools
 import sys
+from contextlib import contextmanager
 
 import numpy as np
 
-__all__ = ["Mirrored", "Subset", "counted", "largest", "neighbour_search", "order_fluids", "send", "summed", "values"]
+__all__ = [
+    "Mirrored", "Subset", "counted", "largest", "neighbour_search", "on_host", "order_fluids", "send", "summed",
+    "values",
+]
 
 
 def values(pa, name):
@@ -202,6 +206,24 @@ def send(particles):
     for pa in particles:
         if pa.gpu is not None:
             pa.gpu.push()
+
+
+@contextmanager
+def on_host(particles):
+    """Inside this block the arrays are the host's, with all that the device holds.
+
+    PySPH's writer would fetch constants too, which the device does not change: its copies are older, or rounded.
+    """
+    devices = [pa.gpu for pa in particles]
+    for pa, device in zip(particles, devices):
+        if device is not None:
+            device.pull(*pa.properties)
+            pa.set_device_helper(None)
+    try:
+        yield
+    finally:
+        for pa, device in zip(particles, devices):
+            pa.set_device_helper(device)
 
 
 def neighbour_search(particles, **options):

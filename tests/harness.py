@@ -20,7 +20,7 @@ from pysph_boiling.schemes.solver import vectorised
 
 __all__ = ["BACKEND", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
 
-BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # what compiled tests run on: `make parity` runs them on all
+BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
 host_only = pytest.mark.skipif(BACKEND == "opencl", reason="periodic domains and threads are the host's")
 
 

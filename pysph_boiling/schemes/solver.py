@@ -23,7 +23,7 @@ from pysph.solver.solver import Solver
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
-from pysph_boiling.device import order_fluids, send
+from pysph_boiling.device import on_host, order_fluids, send
 
 __all__ = ["StagedSolver", "build_side_by_side", "vector_flags", "vector_tag", "vectorised"]
 
@@ -115,11 +115,12 @@ class StagedSolver(Solver):
 
         Errors: ``OSError`` that names the file where it cannot be written. HDF5 itself would crash on a full disk.
         """
-        for pa in self.particles:
-            if pa.gpu is not None:
-                pa.gpu.push(*pa.constants)  # the host's count; PySPH is about to fetch them
         if self.before_output is not None:
             self.before_output()
+        with on_host(self.particles):
+            self._dump()
+
+    def _dump(self):
         if self.disable_output or self.in_parallel:
             super().dump_output()
             return

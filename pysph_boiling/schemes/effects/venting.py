@@ -125,8 +125,8 @@ class VentingTool(Tool):
             return
         pa.energy_vented[0] += float(np.sum(m * e))
         pa.mass_vented[0] += float(np.sum(m))
-        for name, values in pa.constants.items():
+        for name, carried in pa.constants.items():
             if name.startswith("carried_"):
-                values.get_npy_array()[0] += float(np.sum(gone.get(name.removeprefix("carried_")), dtype=float))
+                carried.get_npy_array()[0] += float(np.sum(gone.get(name.removeprefix("carried_")), dtype=float))
         gone.remove()
 
