@@ -39,6 +39,7 @@ class Stepper:
         self.tools = scheme.tools()
         self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
         if on_device:
+            self.solver.integrator.c_integrator.t = self.solver.integrator.c_integrator.dt = 0.0  # PySPH's has none yet
             mirrored = Mirrored(self, arrays)
             self.step, self.run_stage = mirrored.step, mirrored.run_stage
 
