@@ -113,13 +113,15 @@ class StorageChoice(Equation):
         i = declare('int')
         k = declare('int')
         after = declare('int')
+        most = declare('int')
         s_idx = declare('long')
         best = declare('long')
+        most = self.n_emit
         d_chosen[d_idx] = 0
         d_cut_r2[d_idx] = -1.0
         d_cut_uid[d_idx] = 0
         d_cost[d_idx] = 0.0
-        for k in range(self.n_emit):
+        for k in range(most):
             best = -1
             for i in range(N_NBRS):
                 s_idx = NBRS[i]

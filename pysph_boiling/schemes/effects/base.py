@@ -146,7 +146,6 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
-    on_device: ClassVar[bool] = False  # whether it was shown to run on OpenCL
 
     @property
     def removes_particles(self):
