@@ -15,8 +15,8 @@ from contextlib import contextmanager
 import numpy as np
 
 __all__ = [
-    "Mirrored", "Subset", "counted", "largest", "neighbour_search", "on_host", "order_fluids", "send", "summed",
-    "values",
+    "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids", "send",
+    "summed", "values",
 ]
 
 
@@ -171,13 +171,21 @@ def _kernel(name, backend, dtype):
     return Elementwise({"gather": gather, "scatter": scatter}[name], backend=backend)
 
 
+def detached(particles):
+    """Take arrays from the device, so that they are the host's: pairs (array, device) for :class:`Mirrored`."""
+    pairs = [(pa, pa.gpu) for pa in particles]
+    for pa, _ in pairs:
+        pa.set_device_helper(None)
+    return pairs
+
+
 class Mirrored:
-    """An object whose methods work on a device, seen from the host: each call sends all that the host holds, and
-    fetches properties when it is done. For work by hand; a run has no need of it.
+    """An object that works on a device, for arrays that are the host's: each call of a method gives the device all that
+    the host holds, and fetches the properties when it is done. For work by hand; a run has no need of it.
     """
 
-    def __init__(self, target, particles):
-        self._target, self._particles = target, particles
+    def __init__(self, target, pairs):
+        self._target, self._pairs = target, pairs
 
     def __getattr__(self, name):
         found = getattr(self._target, name)
@@ -186,12 +194,16 @@ class Mirrored:
 
         @functools.wraps(found)
         def call(*args, **kwargs):
-            send(self._particles)
-            answer = found(*args, **kwargs)
-            for pa in self._particles:
-                if pa.gpu is not None:
-                    pa.gpu.pull(*pa.properties)
-            return answer
+            for pa, device in self._pairs:
+                device.num_real_particles = pa.get_number_of_particles(True)
+                pa.set_device_helper(device)
+                device.push()
+            try:
+                return found(*args, **kwargs)
+            finally:
+                for pa, device in self._pairs:
+                    device.pull(*pa.properties)
+                    pa.set_device_helper(None)
 
         return call
 
@@ -214,15 +226,14 @@ def on_host(particles):
 
     PySPH's writer would fetch constants too, which the device does not change: its copies are older, or rounded.
     """
-    devices = [pa.gpu for pa in particles]
-    for pa, device in zip(particles, devices):
-        if device is not None:
-            device.pull(*pa.properties)
-            pa.set_device_helper(None)
+    for pa in particles:
+        if pa.gpu is not None:
+            pa.gpu.pull(*pa.properties)
+    pairs = detached(particles)
     try:
         yield
     finally:
-        for pa, device in zip(particles, devices):
+        for pa, device in pairs:
             pa.set_device_helper(device)
 
 

@@ -3,7 +3,7 @@ from time import perf_counter
 
 from compyle.config import get_config
 
-from pysph_boiling.device import Mirrored, neighbour_search
+from pysph_boiling.device import Mirrored, detached, neighbour_search
 
 __all__ = ["Stepper"]
 
@@ -40,7 +40,7 @@ class Stepper:
         self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
         if on_device:
             self.solver.integrator.c_integrator.t = self.solver.integrator.c_integrator.dt = 0.0  # PySPH's has none yet
-            mirrored = Mirrored(self, arrays)
+            mirrored = Mirrored(self, detached(arrays))
             self.step, self.run_stage = mirrored.step, mirrored.run_stage
 
     def step(self, n=1):
