@@ -15,8 +15,8 @@ from contextlib import contextmanager
 import numpy as np
 
 __all__ = [
-    "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids", "send",
-    "summed", "values",
+    "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
+    "real", "send", "summed", "values",
 ]
 
 
@@ -27,7 +27,12 @@ def values(pa, name):
     """
     if pa.gpu is None:
         return pa.get(name, only_real_particles=True)
-    return pa.gpu.get_device_array(name).dev  # there are no ghosts on a device
+    return pa.gpu.get_device_array(name).dev[:real(pa)]
+
+
+def real(pa):
+    """Number of particles that are no ghosts; PySPH's own count tells them apart on the host alone."""
+    return pa.get_number_of_particles(True) if pa.gpu is None else pa.gpu.num_real_particles
 
 
 def _library(array):
@@ -179,6 +184,29 @@ def detached(particles):
     return pairs
 
 
+class Copies:
+    """Particles at the end of an array, from ``first`` on, that are copies: ``original`` (n,) says of which."""
+
+    def __init__(self, pa, first, original):
+        self.pa, self.first, self.original = pa, first, original
+        if pa.gpu is not None:
+            self.original = _array_module().to_device(original.astype(np.int32), backend=pa.gpu.backend)
+
+    def refresh(self, name, shift=0.0):
+        """Copy a property from the originals, and add ``shift`` (n,)."""
+        if self.pa.gpu is None:
+            whole = self.pa.get_carray(name).get_npy_array()
+            whole[self.first:] = whole[self.original] + shift if np.any(shift) else whole[self.original]
+            return
+        array, whole = _array_module(), self.pa.gpu.get_device_array(name)
+        part = array.empty(len(self.original), whole.dtype, backend=whole.backend)
+        _kernel("gather", whole.backend, whole.dtype)(self.original, whole, part)
+        if np.any(shift):
+            part = array.wrap_array(part.dev + array.to_device(shift.astype(whole.dtype), whole.backend).dev,
+                                    whole.backend)
+        whole.dev[self.first:] = part.dev
+
+
 class Mirrored:
     """An object that works on a device, for arrays that are the host's: each call of a method gives the device all that
     the host holds, and fetches the properties when it is done. For work by hand; a run has no need of it.
@@ -254,6 +282,8 @@ def order_fluids(nnps, fluids):
     PySPH sorts every array, by indices of the last search: sites, which particles know by their place, would get
     another place, and after particles were removed the indices are those of another array.
     """
+    if nnps.domain.manager.is_periodic:
+        return  # ghosts would be sorted in among the others
     nnps.update()
     for index, pa in enumerate(nnps.particles):
         if pa in fluids:

@@ -18,9 +18,12 @@ from pysph_boiling.device import Mirrored, detached, neighbour_search
 from pysph_boiling.problems import stepper
 from pysph_boiling.schemes.solver import vectorised
 
-__all__ = ["BACKEND", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
+__all__ = ["BACKEND", "OPTIONS", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
 
 BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
+OPTIONS = {  # of the command line
+    "cython": ("--no-openmp",), "openmp": ("--openmp",), "opencl": ("--opencl", "--use-double", "--results-every", "1"),
+}.get(BACKEND)
 host_only = pytest.mark.skipif(BACKEND == "opencl", reason="nothing in it runs on a device")
 
 

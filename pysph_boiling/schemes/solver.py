@@ -140,8 +140,10 @@ class StagedSolver(Solver):
         self.integrator.searched = False
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
-        if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles):
-            raise ValueError("on a device a domain cannot be periodic: ghosts are kept current on the host alone")
+        if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (
+                set(getattr(self.integrator, "stages", ())) - {"heat"}):
+            raise ValueError("on a device a periodic domain is for conduction at rest: elsewhere PySPH takes ghosts "
+                             "for particles there; leave out --opencl and --cuda")
         if self.reach > 1.0:
             if nnps.domain.manager.is_periodic or self.in_parallel or any(pa.gpu is not None for pa in particles):
                 raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
