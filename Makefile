@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 # Idle OpenMP threads sleep: spinning ones steal time from the rest of a small machine.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: demo test test-all mutants lint clean
+.PHONY: demo test test-all parity mutants lint clean
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -22,6 +22,11 @@ test: $(TESTABLE)
 
 test-all: $(TESTABLE)
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m ""
+
+# The equations against their references on every backend; make test has run OpenMP.
+parity: $(TESTABLE)
+	@for backend in cython opencl; do PYOPENCL_CTX=0 PYSPH_BOILING_BACKEND=$$backend \
+	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) tests/compiled || exit 1; done
 
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py

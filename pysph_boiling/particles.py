@@ -29,7 +29,7 @@ def fill(pa, name, value):
     """Set a property of all particles of one array to a number, on the host and, where there is one, on the device."""
     pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet how many are real
     if pa.gpu is not None:
-        pa.gpu.push(name)
+        pa.gpu.get_device_array(name).fill(value)
 
 
 @dataclass(frozen=True)

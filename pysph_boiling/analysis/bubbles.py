@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.device import Subset, values
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import Vapour
 
@@ -90,10 +91,10 @@ class Departures(Tool):
         """Of each vapour particle its uid and bubble; of each bubble its particles, and whether it is aloft."""
         parts = {name: [] for name in ("uid", "bubble", "height")}
         for pa in self.scheme.arrays:
-            vapour = np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR)
-            parts["uid"].append(pa.uid[vapour])
-            parts["bubble"].append(pa.bubble[vapour])
-            parts["height"].append(np.stack([pa.x[vapour], pa.y[vapour], pa.z[vapour]], -1) @ self.up - self.base)
+            vapour = Subset(pa, values(pa, "phase") == Phase.VAPOUR)
+            parts["uid"].append(vapour.get("uid"))
+            parts["bubble"].append(vapour.get("bubble"))
+            parts["height"].append(np.stack([vapour.get(axis) for axis in "xyz"], -1) @ self.up - self.base)
         uid, bubble, height = (np.concatenate(parts[name]) for name in ("uid", "bubble", "height"))
         _, index, size = np.unique(bubble, return_inverse=True, return_counts=True)
         lowest = np.full(len(size), np.inf)

@@ -174,7 +174,7 @@ class SceneApplication(Application):
         results = self.ledger.table()
         assert all(np.all(np.isfinite(column)) for column in results.values()), "the results hold NaN or Inf"
         worst = np.max(np.abs(results["energy_residual"]))
-        assert worst <= 1e-10, f"energy residual {worst:.1e}"
+        assert worst <= (1e-10 if double_precision(self.options) else 1e-4), f"energy residual {worst:.1e}"
         assert np.all(results["mass_residual"] == 0.0), "mass is not exact"
 
     def draw(self):
@@ -251,8 +251,8 @@ class SceneApplication(Application):
                                 "--no-drag hold either way")
         group.add_argument("--quality", choices=tuple(QUALITIES), default=None,
                            help="time step and density sweeps of a preset, in place of the scene's own")
-        group.add_argument("--results-every", dest="results_every", type=int, default=1,
-                           help="steps between two rows of results.npz")
+        group.add_argument("--results-every", dest="results_every", type=int, default=None,
+                           help="steps between two rows of results.npz; each step, on a device each output")
         group.add_argument("--resume", action="store_true", default=False,
                            help="go on from the last particle file in the output folder, from the start if there is "
                                 "none")
@@ -300,10 +300,6 @@ class SceneApplication(Application):
             self.derive_effects(p)
         if options.kernel is not None:  # rest densities and walls must be those of the kernel that runs
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
-        elsewhere = [slot for slot, effect in self.scheme.effects.items() if not effect.on_device]
-        if (options.with_opencl or options.with_cuda) and elsewhere:
-            raise ValueError(f"on a device this version runs motion only; the scene asks for {', '.join(elsewhere)}: "
-                             "leave out --opencl and --cuda")
         self.scheme.configure_solver(tf=p.duration, **step)
 
     def derive_effects(self, p):
@@ -323,6 +319,8 @@ class SceneApplication(Application):
         self.consume_user_options()
         self.configure_scheme()
         particles = self.make_particles(self.parameters, self.scheme)
+        for pa in particles:
+            pa.set_device_helper(None)  # a device gets them when PySPH makes its neighbour search; until then edit them
         widen_sites(self.scheme, particles)
         self.scheme.setup_properties(particles)
         self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)
@@ -356,7 +354,7 @@ class SceneApplication(Application):
             super()._parse_command_line(force)
 
     def create_tools(self):
-        self.ledger = Ledger(self.scheme, every=self.options.results_every,
+        self.ledger = Ledger(self.scheme, every=self.results_every(),
                              path=None if self.options.disable_output else Path(self.output_dir) / "results.npz")
         tools = self.scheme.tools()
         if self.resumed is not None:
@@ -365,6 +363,12 @@ class SceneApplication(Application):
         self.solver.before_output = self.save
         self.progress = Progress(self.solver, self.title)
         return [*tools, self.ledger, self.progress]
+
+    def results_every(self):
+        """Steps between two rows of the results: a row reads whole properties, which a device fetches at outputs."""
+        if self.options.results_every is not None:
+            return self.options.results_every
+        return self.solver.pfreq if on_device(self.options) else 1
 
     def save(self, completed=False):
         """Write the results so far: before each particle file, so that a run can go on from any of these."""
@@ -476,7 +480,7 @@ class SceneApplication(Application):
             "processor": processor(),
             "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
             "backend": backend,
-            "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
+            "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
             "seed": self.parameters.seed,
@@ -496,6 +500,16 @@ class SceneApplication(Application):
             "departures": self.departures,
             "vents": self.vents,
         })
+
+
+def on_device(options):
+    """Whether a run of these options is one on a device."""
+    return options.with_opencl or options.with_cuda
+
+
+def double_precision(options):
+    """Whether a run of these options computes in double precision."""
+    return options.use_double or not on_device(options)
 
 
 def processor():

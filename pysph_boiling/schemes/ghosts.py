@@ -6,6 +6,8 @@ that. In a scene without ghosts each call returns at once.
 """
 import numpy as np
 
+from pysph_boiling.device import Copies, real
+
 __all__ = ["GhostRefresh", "Ghosts"]
 
 POSITIONS = ("x", "y", "z")
@@ -18,34 +20,30 @@ class Ghosts:
     """
 
     def __init__(self):
-        self.images = []  # (array, first ghost, index of the original (n,), shift (n, 3) [m])
+        self.images = []  # (copies, shift (n, 3) [m])
         self.arrays = ()
 
     def search_done(self):
         """Find the images anew; call it right after the neighbour search."""
         self.images = []
         for pa in self.arrays:
-            if pa.gpu is not None:
-                continue
-            n, total = pa.get_number_of_particles(True), pa.get_number_of_particles()
+            n, total = real(pa), pa.get_number_of_particles()
             if total == n:
                 continue
-            order = np.argsort(pa.get("uid", only_real_particles=True), kind="stable")
+            if pa.gpu is not None:
+                pa.gpu.pull("uid", *POSITIONS)
             uid = pa.get_carray("uid").get_npy_array()
+            order = np.argsort(uid[:n], kind="stable")
             original = order[np.searchsorted(uid[:n], uid[n:], sorter=order)]
             place = np.stack([pa.get_carray(axis).get_npy_array() for axis in POSITIONS], -1)
-            self.images.append((pa, n, original, place[n:] - place[original]))
+            self.images.append((Copies(pa, n, original), place[n:] - place[original]))
 
     def refresh(self, names):
         """Copy the properties ``names`` from the originals to their images; positions keep their shift."""
-        for pa, n, original, shift in self.images:
+        for copies, shift in self.images:
             for name in names:
-                if name not in pa.properties:
-                    continue
-                values = pa.get_carray(name).get_npy_array()
-                values[n:] = values[original]
-                if name in POSITIONS:
-                    values[n:] += shift[:, POSITIONS.index(name)]
+                if name in copies.pa.properties:
+                    copies.refresh(name, shift[:, POSITIONS.index(name)] if name in POSITIONS else 0.0)
 
 
 class GhostRefresh:

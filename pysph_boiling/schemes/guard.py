@@ -4,6 +4,8 @@ import math
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.device import summed, values
+from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
 
 __all__ = ["Guard"]
@@ -14,8 +16,7 @@ WATCHED = ("x", "y", "z", "u", "v", "w", "e", "T")
 class Guard(Tool):
     """Raises ``FloatingPointError`` after the step in which a position, velocity or temperature is NaN or Inf.
 
-    The error names particle, place, phase and the last particle file, which is good. Limits: not on a device, whose
-    arrays it would have to fetch at each step.
+    The error names particle, place, phase and the last particle file, which is good.
     """
 
     def __init__(self, scheme):
@@ -23,15 +24,15 @@ class Guard(Tool):
 
     def post_step(self, solver):
         for pa in self.scheme.arrays:
-            if pa.gpu is not None:
-                continue
             for name in WATCHED:
-                if name in pa.properties and not math.isfinite(float(np.sum(pa.get(name)))):
+                if name in pa.properties and not math.isfinite(summed(values(pa, name))):
                     self.stop(pa, name, solver)
 
     def stop(self, pa, name, solver):
         from pysph_boiling.analysis.files import last_output
 
+        for watched in pa.properties:
+            host(pa, watched)
         bad = np.flatnonzero(~np.isfinite(pa.get(name)))
         if len(bad) == 0:  # finite numbers whose sum is not
             bad = [int(np.argmax(np.abs(pa.get(name))))]

@@ -13,7 +13,8 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.particles import fill, host
+from pysph_boiling.device import largest, values
+from pysph_boiling.particles import fill
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -84,8 +85,8 @@ class MotionLimits:
 
     def substeps(self, arrays, dt):
         """Into how many a step of ``dt`` [s] is split."""
-        speed = largest(arrays, ("u", "v", "w"))
-        acceleration = largest(arrays, ("au", "av", "aw"))
+        speed = fastest(arrays, ("u", "v", "w"))
+        acceleration = fastest(arrays, ("au", "av", "aw"))
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
@@ -95,9 +96,9 @@ class MotionLimits:
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN
 
 
-def largest(arrays, components):
+def fastest(arrays, components):
     """Largest length of a vector property over all arrays."""
-    return math.sqrt(max(float(np.max(sum(host(pa, name)**2 for name in components), initial=0.0)) for pa in arrays))
+    return math.sqrt(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays))
 
 
 class PBFIntegrator(Integrator):
@@ -252,9 +253,11 @@ class PBFIntegrator(Integrator):
             return
         with profile_ctx("nnps.update"):
             self.nnps.update()
-            if getattr(self.nnps, "cache", None) and self.arrays[0].gpu is None:
-                names = [pa.name for pa in self.nnps.particles]
-                for dest, source in self.pairs:
+            names = [pa.name for pa in self.nnps.particles]
+            for dest, source in self.pairs if getattr(self.nnps, "cache", None) else ():
+                if self.arrays[0].gpu is not None:
+                    self.nnps.get_nearest_particles_gpu(names.index(source), names.index(dest))
+                else:
                     self.nnps.set_context(names.index(source), names.index(dest))
                     self.nnps.current_cache.find_all_neighbors()
         self.ghosts.search_done()
@@ -271,11 +274,11 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
-        fastest = max(float(np.max(np.abs(host(pa, "ae")), initial=0.0)) for pa in self.arrays)
-        wanted = max(1.0, dt / self.heat_limit - 1e-9, fastest * dt / self.step_limit - 1e-9)
-        if not (math.isfinite(fastest) and wanted <= MAX_SUBCYCLES):
+        rate = max(largest(abs(values(pa, "ae"))) for pa in self.arrays)
+        wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
+        if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
-                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {fastest:.3g} "
+                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {rate:.3g} "
                              "J/(kg s)")
         return math.ceil(wanted)
 

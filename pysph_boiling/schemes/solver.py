@@ -26,6 +26,8 @@ from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.device import on_host, order_fluids, send
+
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
 # Sums may be reordered, which a vectorised sum over the neighbours needs; NaN and Inf keep their meaning. -O2 without
@@ -147,6 +149,10 @@ class StagedSolver(Solver):
         """
         if self.before_output is not None:
             self.before_output()
+        with on_host(self.particles):
+            self._dump()
+
+    def _dump(self):
         if self.disable_output or self.in_parallel:
             super().dump_output()
             return
@@ -161,12 +167,21 @@ class StagedSolver(Solver):
             part.unlink(missing_ok=True)
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
+    def reorder_particles(self):
+        order_fluids(self.nnps, self.integrator.arrays)
+        self.integrator.searched = False
+
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
+        if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (
+                set(getattr(self.integrator, "stages", ())) - {"heat"}):
+            raise ValueError("on a device a periodic domain is for conduction at rest: elsewhere PySPH takes ghosts "
+                             "for particles there; leave out --opencl and --cuda")
         if self.reach > 1.0:
             if nnps.domain.manager.is_periodic or self.in_parallel or any(pa.gpu is not None for pa in particles):
                 raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
             nnps.radius_scale *= self.reach
             nnps.domain.set_radius_scale(nnps.radius_scale)
+        send(particles)
         with vectorised():
             if not self.in_parallel:
                 build_side_by_side(particles, equations, kernel or self.kernel, self.integrator)

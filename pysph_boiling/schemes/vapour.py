@@ -5,7 +5,8 @@ decided; between the two, one number a bubble is all that the host computes.
 """
 import numpy as np
 
-from pysph_boiling.particles import host
+from pysph_boiling.device import Subset, values
+from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
 
 __all__ = ["Vapour"]
@@ -19,7 +20,7 @@ class Vapour:
 
     def __init__(self, arrays):
         self.arrays = list(arrays)
-        self.who = [np.flatnonzero(host(pa, "phase") == Phase.VAPOUR) for pa in self.arrays]
+        self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR) for pa in self.arrays]
         self.label, self.first, self.index, self.n = np.unique(
             self.get("bubble"), return_index=True, return_inverse=True, return_counts=True)
 
@@ -28,17 +29,15 @@ class Vapour:
 
     def get(self, name):
         """A property of the vapour particles, (n,)."""
-        return np.concatenate([host(pa, name)[who] for pa, who in zip(self.arrays, self.who)])
+        return np.concatenate([part.get(name) for part in self.parts])
 
-    def put(self, name, values, elsewhere=None):
+    def put(self, name, new, elsewhere=None):
         """Write a property of the vapour particles; ``elsewhere`` is what all other particles get, if given."""
-        ends = np.cumsum([len(who) for who in self.who])[:-1]
-        for pa, who, part in zip(self.arrays, self.who, np.split(np.broadcast_to(values, len(self)), ends)):
+        ends = np.cumsum([len(part) for part in self.parts])[:-1]
+        for part, share in zip(self.parts, np.split(np.broadcast_to(new, len(self)), ends)):
             if elsewhere is not None:
-                pa.get(name, only_real_particles=False)[:] = elsewhere
-            pa.get(name, only_real_particles=False)[who] = part
-            if pa.gpu is not None:
-                pa.gpu.push(name)
+                fill(part.pa, name, elsewhere)
+            part.put(name, share)
 
     def sum(self, values):
         """Sum per bubble, (bubbles,)."""

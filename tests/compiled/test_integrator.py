@@ -1,7 +1,7 @@
 """Time stepping: which stage runs when, what identifies a particle, threads, frames."""
 import numpy as np
 import pytest
-from harness import Stepper
+from harness import OPTIONS, Stepper
 from pysph.base.kernels import CubicSpline
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from pysph.solver.utils import dump, load
@@ -162,7 +162,7 @@ def test_run_that_needed_safeguards_says_so(tmp_path, capsys):
     app = DamBreak(output_dir=str(tmp_path))
     app.check_final = lambda: None
     app.run(["--spacing", "0.05", "--frame", "0.05", "--substeps", "1", "--duration", "0.2", "--no-pictures",
-             "--openmp"])
+             *OPTIONS])
     said = " ".join(capsys.readouterr().out.split())
     assert app.ledger.rows[-1]["n_split"] == 4 and app.ledger.rows[-1]["substeps"] >= 5
     assert "note: 4 steps were split, since particles would have moved too far in them" in said

@@ -189,7 +189,7 @@ def test_displacement_equals_the_reference(dim, form, gradient, longest):
                           bounds=band(label) if form == "band" else relative(label, m, dim))
     moved = {b for b in (7, 3, 30, 60) if np.any(want[label == b])}
     assert len(moved) >= 2 and 60 not in moved and len(cut) >= 2 * (longest < 1.0)
-    bubbles.fluid.push[:] = 1.0  # what was there before is no matter
+    bubbles.fluid.thrust[:] = 1.0  # what was there before is no matter
     got = bubbles.push()
     np.testing.assert_allclose(got, want, rtol=1e-10, atol=ROUND_OFF * DX)
     np.testing.assert_allclose(vectors(bubbles.fluid, "sx", "sy", "sz"), want, rtol=1e-10, atol=ROUND_OFF * DX)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pysph_boiling.device import counted, values
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.stages import Term
@@ -145,7 +146,6 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
-    on_device: ClassVar[bool] = False  # whether it was shown to run on OpenCL
 
     @property
     def removes_particles(self):
@@ -239,7 +239,7 @@ def gather(arrays, name):
 
 def any_vapour(arrays):
     """Whether there is any vapour."""
-    return any(bool(np.any(host(pa, "phase") == Phase.VAPOUR)) for pa in arrays)
+    return any(counted(values(pa, "phase") == Phase.VAPOUR) > 0 for pa in arrays)
 
 
 def cumulative(name, unit, meaning, prop):

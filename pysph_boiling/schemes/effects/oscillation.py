@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import largest, values
 from pysph_boiling.equations import oscillation
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
@@ -98,7 +99,7 @@ class Oscillation(Effect):
     def properties(self, scene):
         rows = [Property(name, "m", "centre of its bubble") for name in ("bcx", "bcy", "bcz")]
         rows += [Property(name, "-", "mean direction from the centre of its bubble") for name in ("bdx", "bdy", "bdz")]
-        rows.append(Property("push", "kg m", "mass times displacement along its direction"))
+        rows.append(Property("thrust", "kg m", "mass times displacement along its direction"))
         if self.form == "hysteresis":
             rows.append(Property("aim", "-", "target radius of its bubble over that at rest; negative while it shrinks",
                                  state=True))
@@ -186,7 +187,7 @@ class Oscillation(Effect):
         for axis, letter in enumerate("xyz"):
             vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
             vapour.put(f"bd{letter}", mean[vapour.index, axis])
-        vapour.put("push", push[vapour.index])
+        vapour.put("thrust", push[vapour.index])
         arrays[0].n_pushed[0] += np.count_nonzero(gap)
         arrays[0].n_push_cut[0] += np.count_nonzero(cut)
         for pa in arrays:
@@ -275,8 +276,8 @@ class Oscillation(Effect):
         _, centre = vapour.places()
         top = self.surface
         if top is None:
-            top = max((float(np.max(height(pa, up)[host(pa, "phase") != Phase.VAPOUR], initial=-math.inf))
-                       for pa in arrays), default=-math.inf)
+            top = max((largest(height(pa, up), values(pa, "phase") != Phase.VAPOUR, -math.inf) for pa in arrays),
+                      default=-math.inf)
         return self.pressure + scene.rho0 * scene.g * np.maximum(top - centre @ up, 0.0)
 
 
@@ -287,7 +288,7 @@ def sphere_radius(volume):
 
 def height(pa, up):
     """Height of the real particles of an array [m]."""
-    return sum(component * host(pa, axis) for component, axis in zip(up, "xyz"))
+    return sum(component * values(pa, axis) for component, axis in zip(up, "xyz"))
 
 
 def periods(arrays, spacing):

@@ -4,8 +4,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import counted, values
 from pysph_boiling.equations import nucleation, phase_change
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, gather, param
 from pysph_boiling.schemes.stages import Term
@@ -62,7 +63,7 @@ class PhaseChange(Effect):
 
     def conditions(self, scene):
         def hot(arrays):
-            return any(bool(np.any(host(pa, "e") >= 0.0) or np.any(host(pa, "phase") != Phase.LIQUID)) for pa in arrays)
+            return any(counted((values(pa, "e") >= 0.0) | (values(pa, "phase") != Phase.LIQUID)) > 0 for pa in arrays)
 
         return {"phases": hot}
 
