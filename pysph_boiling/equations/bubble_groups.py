@@ -110,7 +110,8 @@ class BubbleCheck(Equation):
         if dst.gpu is not None:
             dst.gpu.pull('unsettled')
         if n > 0:
-            changed = parallel_reduce_array(serial_reduce_array(dst.unsettled[:n], 'sum'), 'sum')
+            changed = serial_reduce_array(dst.unsettled[:n], 'sum')
+        changed = parallel_reduce_array(changed, 'sum')
         dst.bubble_rounds[0] += 1.0
         self.conv = 1.0 if changed == 0 else -1.0
 

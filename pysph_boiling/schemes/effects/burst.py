@@ -7,6 +7,7 @@ import numpy as np
 from pysph_boiling.equations import dynamic_nucleation
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
@@ -122,7 +123,7 @@ class DynamicNucleation(Effect):
                     e = host(pa, "e")[hot]
                     heat += float(np.dot(host(pa, "m")[hot], e))
                     hottest = max(hottest, float(e.max()))
-            return heat >= least and hottest >= e_crit
+            return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
 
         return {"burst": enough}
 

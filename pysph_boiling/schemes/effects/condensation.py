@@ -50,6 +50,7 @@ class Condensation(Effect):
         return (cumulative("n_condensed", "-", "particles condensed since the start", "condensed"),)
 
     def hooks(self, scene):
+        from pysph_boiling.schemes import ranks
         from pysph_boiling.schemes.integrator import set_constant
         from pysph_boiling.schemes.vapour import Vapour
 
@@ -57,11 +58,13 @@ class Condensation(Effect):
             if any(pa.relabel[0] > 0.0 for pa in arrays):
                 return  # the second pass labels what is left, and no more
             vapour = Vapour(arrays)
-            key = draw(vapour.get("uid"), self.seed, STREAM, int(arrays[0].steps[0]))
-            fate, deficit = choose(vapour.index, vapour.get("m"), vapour.get("e"), key, scene.material.L)
+            uid, own = ranks.gather(vapour.get("uid"))  # a choice is that of a whole bubble, wherever its particles are
+            key = draw(uid, self.seed, STREAM, int(arrays[0].steps[0]))
+            index, m, e = (ranks.gather(values)[0] for values in (vapour.index, vapour.get("m"), vapour.get("e")))
+            fate, deficit = choose(index, m, e, key, scene.material.L)
             if fate.any():
-                vapour.put("condensing", fate)
-                vapour.put("deficit", deficit)
+                vapour.put("condensing", fate[own])
+                vapour.put("deficit", deficit[own])
                 for pa in arrays:
                     set_constant(pa, "relabel", 1.0)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pysph_boiling.equations import convection
 from pysph_boiling.particles import Property
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, gather, param
 from pysph_boiling.schemes.stages import Term
 
@@ -50,8 +51,9 @@ class Convection(Effect):
 
         def mean_temperature(arrays):
             wet = gather(arrays, "k") >= k_wet
-            if wet.any():
-                mean = np.mean(gather(arrays, "T")[wet])
+            n = ranks.total(np.count_nonzero(wet))
+            if n:
+                mean = ranks.total(np.sum(gather(arrays, "T")[wet])) / n
                 for pa in arrays:
                     pa.convection_T[0] = mean
                     if pa.gpu is not None:

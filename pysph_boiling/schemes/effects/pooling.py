@@ -6,6 +6,7 @@ import numpy as np
 
 from pysph_boiling.equations import pooling
 from pysph_boiling.particles import NO_BUBBLE, Property, host
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour
@@ -71,24 +72,29 @@ class Pools:
         pa.get("pooled", only_real_particles=False)[:] = -1.0
         joined = host(pa, "joined")
         who = np.flatnonzero(joined != NO_BUBBLE)
-        if len(who) and not self.again:
+        if ranks.anywhere(len(who)) and not self.again:
             vapour, L = Vapour(arrays), self.scene.material.L
             centroid = vapour.places()[1]
             index = np.searchsorted(vapour.label, joined[who])
             place = np.stack([host(pa, name)[who] for name in ("x", "y", "z")], -1)
-            distance2 = np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2
             # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
-            order = np.lexsort((host(pa, "uid")[who], np.round(distance2, 9), index))
-            for pool in np.split(who[order], np.flatnonzero(np.diff(index[order])) + 1):
-                m, e = host(pa, "m")[pool], host(pa, "e")[pool]
+            distance2 = np.round(np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2, 9)
+            index, own = ranks.gather(index)  # a pool is shared by a whole bubble, wherever its liquid is
+            distance2, uid, mass, enthalpy = (ranks.gather(values)[0] for values in (
+                distance2, host(pa, "uid")[who], host(pa, "m")[who], host(pa, "e")[who]))
+            order = np.lexsort((uid, distance2, index))
+            pooled = np.empty(len(order))
+            for pool in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
+                m, e = mass[pool], enthalpy[pool]
                 heat, price = float(np.sum(m * e)), np.cumsum(m * L)
                 n = int(np.searchsorted(price, heat, side="right"))
                 if n == len(pool):
-                    pa.pooled[pool] = heat / np.sum(m)
+                    pooled[pool] = heat / np.sum(m)
                 else:
-                    pa.pooled[pool[:n]] = L
-                    pa.pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
+                    pooled[pool[:n]] = L
+                    pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
                 if n:
                     pa.relabel[0] = 1.0
+            pa.pooled[who] = pooled[own]
         if pa.gpu is not None:
             pa.gpu.push("pooled")

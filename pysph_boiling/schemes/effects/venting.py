@@ -8,6 +8,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import venting
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
 from pysph_boiling.schemes.stages import Term
 
@@ -90,12 +91,16 @@ class VentingTool(Tool):
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
-        if not any(bool(np.any(pa.get("free", only_real_particles=True) >= self.effect.steps)) for pa in arrays):
+        if not ranks.anywhere(any(
+                bool(np.any(pa.get("free", only_real_particles=True) >= self.effect.steps)) for pa in arrays)):
             return
         label, free = gather(arrays, "bubble"), gather(arrays, "free")
         bubble = (label != NO_BUBBLE) & (gather(arrays, "phase") == Phase.VAPOUR)
-        names, index, size = np.unique(label[bubble], return_inverse=True, return_counts=True)
-        released = np.bincount(index, weights=free[bubble] >= self.effect.steps, minlength=len(names))
+        here, index = np.unique(label[bubble], return_inverse=True)
+        names, place = ranks.union(here)
+        index = place[index]
+        size = ranks.total(np.bincount(index, minlength=len(names)))
+        released = ranks.total(np.bincount(index, weights=free[bubble] >= self.effect.steps, minlength=len(names)))
         surface = size ** (1.0 - 1.0 / self.scheme.dim)
         leaving = (released > 0) & (released >= self.effect.share * surface)
         if not leaving.any():
@@ -113,12 +118,13 @@ class VentingTool(Tool):
             first += n
 
     def _vent(self, pa, who):
-        if len(who) == 0:
+        n = ranks.total(len(who))
+        if n == 0:
             return
         m, e = pa.m[who], pa.e[who]
-        pa.n_vented[0] += len(who)
+        pa.n_vented[0] += n
         if self.effect.mode == "lid":
-            pa.energy_vented[0] += float(np.sum(m * (e - self.e_feed)))
+            pa.energy_vented[0] += ranks.total(float(np.sum(m * (e - self.e_feed))))
             pa.e[who] = self.e_feed
             pa.phase[who] = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID
             pa.T[who] = temperature(pa.e[who], pa.phase[who], self.material)
@@ -129,10 +135,11 @@ class VentingTool(Tool):
             if "e_lat" in pa.properties:
                 pa.e_lat[who] = 0.0
             return
-        pa.energy_vented[0] += float(np.sum(m * e))
-        pa.mass_vented[0] += float(np.sum(m))
-        for name, values in pa.constants.items():
+        pa.energy_vented[0] += ranks.total(float(np.sum(m * e)))
+        pa.mass_vented[0] += ranks.total(float(np.sum(m)))
+        for name in sorted(pa.constants):
             if name.startswith("carried_"):
-                values.get_npy_array()[0] += float(np.sum(pa.get(name.removeprefix("carried_"))[who], dtype=float))
+                gone = float(np.sum(pa.get(name.removeprefix("carried_"))[who], dtype=float))
+                pa.constants[name].get_npy_array()[0] += ranks.total(gone)
         pa.remove_particles(who)
 
