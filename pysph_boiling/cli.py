@@ -92,7 +92,12 @@ def run(arguments):
     if not arguments or arguments[0].startswith("-"):
         raise ValueError(f"which scene? One of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
+    from pysph_boiling.examples.application import SceneApplication
+
     app = scene_class(name)()
+    if app.num_procs > 1 and not isinstance(app, SceneApplication):
+        raise ValueError(f"{name} is a scheme of PySPH's in a periodic domain, which has no ghosts on ranks: run "
+                         "it on one")
     app.arg_parse.prog = f"pysph-boiling run {name}"
     app.run(openmp_arguments(rest, app.num_procs) + rest)
 

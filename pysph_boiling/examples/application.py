@@ -516,6 +516,8 @@ class SceneApplication(Application):
             "precision": "double" if backend in ("cython", "openmp") or options.use_double else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
+            "communication": {"unit": "particles, B, B", **{name: int(ranks.total(getattr(scheme.ghosts, name)))
+                                                            for name in ("exported", "copied", "refreshed")}},
             "seed": self.parameters.seed,
             "mode": options.mode,
             "quality": options.quality or "scene",

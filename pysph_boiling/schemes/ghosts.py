@@ -16,20 +16,26 @@ class Ghosts:
     """Knows, after each neighbour search, of which particle every ghost is the image.
 
     With one ghost layer a rank sees what its own particles see; what ghosts would have computed themselves, their
-    owners send. ``sent`` counts the bytes that this rank has sent.
+    owners send. This rank has sent ``exported`` particles at searches, ``copied`` bytes in all, and ``refreshed`` bytes
+    of single properties between groups.
     """
 
     def __init__(self):
         self.images = []  # (array, first ghost, index of the original (n,), shift (n, 3) [m])
         self.exchanges = []  # (array, first ghost, index of the exported (n,), plan of the exchange)
         self.arrays = ()
-        self.sent = 0
+        self.exported, self.copied, self.refreshed = 0, 0, 0
 
     def search_done(self, manager=None):
         """Find the images anew; call it right after the neighbour search. ``manager`` is PySPH's, on several ranks."""
         self.images, self.exchanges = [], []
         if manager:
-            self.exchanges = [self.plan(exchange) for exchange in manager.pa_exchanges if exchange.pa in self.arrays]
+            for exchange in manager.pa_exchanges:
+                size = sum(exchange.pa.properties[name].get_npy_array().itemsize for name in exchange.lb_props)
+                self.exported += exchange.numParticleExport
+                self.copied += exchange.numParticleExport * size
+                if exchange.pa in self.arrays:
+                    self.exchanges.append(self.plan(exchange))
             return
         for pa in self.arrays:
             if pa.gpu is not None:
@@ -67,7 +73,7 @@ class Ghosts:
                 plan.Comm_Do(mine, theirs)
                 for name, values in columns.items():
                     values[n:] = theirs[name]
-                self.sent += mine.nbytes
+                self.refreshed += mine.nbytes
         for pa, n, original, shift in self.images:
             for name in names:
                 if name not in pa.properties:

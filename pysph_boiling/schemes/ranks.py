@@ -1,4 +1,4 @@
-"""The MPI ranks of a run: the few collectives that the rest of the code needs. On one rank each returns what it is given.
+"""The MPI ranks of a run: the few collectives that the rest of the code needs. On one rank they return what they get.
 
 Every rank must call each of these equally often and in the same order, and gets the same answer: what a step does next
 may depend on nothing else. Particles belong to one rank; constants of particle arrays are equal on all ranks, since
