@@ -123,8 +123,8 @@ class RankScene(SceneApplication):
             burst=DynamicNucleation(superheat_limit=100.0, radius=2.4), bubbles=BubbleLabels(),
             condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(),
             adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
-            oscillation=Oscillation(form="hysteresis", min_particles=5),
-            venting=Venting(mode="remove", share=0.1, steps=1), refill=Refill(rate=0.5))
+            oscillation=Oscillation(form="hysteresis", min_particles=5, longest=0.005),
+            venting=Venting(mode="remove", share=0.6, steps=1), refill=Refill(rate=0.5))
 
     def make_particles(self, p, scheme):
         width, height = self.size(p)
@@ -154,7 +154,7 @@ class RankScene(SceneApplication):
         fluid.e[cold] = 0.6 * material.L  # lacks heat: part of it condenses
         fluid.phase[vapour | top | cold] = int(Phase.VAPOUR)
         if p.case != "tiny":
-            fluid.u[:] = 0.4 * np.sin(np.pi * x / columns)  # so that particles move from rank to rank
+            fluid.u[:] = 0.2 * np.sin(np.pi * x / columns)  # so that particles move from rank to rank
 
     def create_tools(self):
         return [Log(self), *super().create_tools()]
