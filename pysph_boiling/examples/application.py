@@ -542,11 +542,11 @@ def collect(arrays):
     for pa in arrays:
         n = pa.get_number_of_particles(True)
         pa.remove_particles(np.arange(n, pa.get_number_of_particles()))
-        parts = {name: ranks.gather(pa.get(name).reshape(n, -1))[0] for name in sorted(pa.properties)}
+        parts = {name: ranks.gather(pa.get(name))[0] for name in sorted(pa.properties)}
         if ranks.rank() == 0:
             pa.extend(len(parts["x"]) - n)
             for name, values in parts.items():
-                pa.get(name, only_real_particles=False)[:] = values.ravel()
+                pa.get(name, only_real_particles=False)[:] = values
             pa.align_particles()
 
 
