@@ -15,6 +15,7 @@ from pysph.sph.integrator_step import IntegratorStep
 
 from pysph_boiling.device import largest, values
 from pysph_boiling.particles import fill
+from pysph_boiling.schemes import ranks
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -97,8 +98,8 @@ class MotionLimits:
 
 
 def fastest(arrays, components):
-    """Largest length of a vector property over all arrays."""
-    return math.sqrt(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays))
+    """Largest length of a vector property over all arrays and ranks."""
+    return math.sqrt(ranks.largest(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays)))
 
 
 class PBFIntegrator(Integrator):
@@ -251,6 +252,8 @@ class PBFIntegrator(Integrator):
         if self.searched and (self.frozen or (self.skin > 0.0 and self.lists_hold())):
             self.wall_time["search"] += perf_counter() - start
             return
+        if self.parallel_manager:
+            self.parallel_manager.update()  # particles move to the ranks whose they are, ghosts are made anew
         with profile_ctx("nnps.update"):
             self.nnps.update()
             names = [pa.name for pa in self.nnps.particles]
@@ -260,7 +263,7 @@ class PBFIntegrator(Integrator):
                 else:
                     self.nnps.set_context(names.index(source), names.index(dest))
                     self.nnps.current_cache.find_all_neighbors()
-        self.ghosts.search_done()
+        self.ghosts.search_done(self.parallel_manager)
         self.searched, self.searches = True, self.searches + 1
         if self.skin > 0.0:
             self.found = [(pa.uid.copy(), pa.x.copy(), pa.y.copy(), pa.z.copy()) for pa in self.arrays]
@@ -274,7 +277,7 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
-        rate = max(largest(abs(values(pa, "ae"))) for pa in self.arrays)
+        rate = ranks.largest(max(largest(abs(values(pa, "ae"))) for pa in self.arrays))
         wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
         if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "

@@ -8,6 +8,7 @@ from pysph_boiling.device import largest, summed, values
 from pysph_boiling.equations import dynamic_nucleation
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
@@ -121,7 +122,7 @@ class DynamicNucleation(Effect):
                 e, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED
                 heat += summed(values(pa, "m") * e, hot)
                 hottest = max(hottest, largest(e, hot))
-            return heat >= least and hottest >= e_crit
+            return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
 
         return {"burst": enough}
 

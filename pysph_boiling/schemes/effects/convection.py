@@ -5,6 +5,7 @@ from typing import ClassVar
 from pysph_boiling.device import counted, summed, values
 from pysph_boiling.equations import convection
 from pysph_boiling.particles import Property
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, param
 from pysph_boiling.schemes.integrator import set_constant
 from pysph_boiling.schemes.stages import Term
@@ -50,9 +51,9 @@ class Convection(Effect):
 
         def mean_temperature(arrays):
             wet = [values(pa, "k") >= k_wet for pa in arrays]
-            n = sum(map(counted, wet))
+            n = ranks.total(sum(map(counted, wet)))
             if n:
-                mean = sum(summed(values(pa, "T"), where) for pa, where in zip(arrays, wet)) / n
+                mean = ranks.total(sum(summed(values(pa, "T"), where) for pa, where in zip(arrays, wet))) / n
                 for pa in arrays:
                     set_constant(pa, "convection_T", mean)
 

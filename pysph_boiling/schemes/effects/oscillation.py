@@ -9,6 +9,7 @@ from pysph_boiling.device import largest, values
 from pysph_boiling.equations import oscillation
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
 from pysph_boiling.schemes.stages import Term
@@ -178,8 +179,7 @@ class Oscillation(Effect):
         w, span = 1.0 / vapour.get("m"), np.linalg.norm(direction - mean[vapour.index], axis=1)
         squares = vapour.sum(w * span**2) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
         push = self.omega * gap / (squares * vapour.n)
-        reach = np.zeros(len(gap))
-        np.maximum.at(reach, vapour.index, w * span)
+        reach = vapour.max(w * span)
         most = self.longest * scene.spacing / self.sweeps
         cut = np.abs(push) * reach > most
         push[cut] = np.sign(push[cut]) * most / reach[cut]
@@ -223,7 +223,7 @@ class Oscillation(Effect):
         """
         aim = vapour.get("aim")
         if not first:
-            return np.abs(aim[vapour.first])
+            return np.abs(vapour.of_first(aim))
         lower, upper = self.bounds()
         sense = np.where(vapour.sum(np.sign(aim)) < 0.0, -1.0, 1.0)
         agree = aim * sense[vapour.index] > 0.0
@@ -276,8 +276,8 @@ class Oscillation(Effect):
         _, centre = vapour.places()
         top = self.surface
         if top is None:
-            top = max((largest(height(pa, up), values(pa, "phase") != Phase.VAPOUR, -math.inf) for pa in arrays),
-                      default=-math.inf)
+            top = ranks.largest(max((largest(height(pa, up), values(pa, "phase") != Phase.VAPOUR, -math.inf)
+                                     for pa in arrays), default=-math.inf))
         return self.pressure + scene.rho0 * scene.g * np.maximum(top - centre @ up, 0.0)
 
 
@@ -294,6 +294,8 @@ def height(pa, up):
 def periods(arrays, spacing):
     """Length of the domain along each axis [m], 0 where it is not periodic: how far ghosts are from their originals."""
     lengths = np.zeros(3)
+    if ranks.size() > 1:  # ghosts are particles of other ranks then, and no domain is periodic
+        return lengths
     for pa in arrays:
         n = pa.get_number_of_particles(True)
         if pa.get_number_of_particles() > n:

@@ -7,6 +7,7 @@ import numpy as np
 from pysph_boiling.device import Subset, values
 from pysph_boiling.equations import pooling
 from pysph_boiling.particles import NO_BUBBLE, Property, fill
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour
@@ -71,15 +72,18 @@ class Pools:
         (pa,) = arrays  # as the labels demand
         fill(pa, "pooled", -1.0)
         members = Subset(pa, values(pa, "joined") != NO_BUBBLE)
-        if len(members) and not self.again:
+        if ranks.anywhere(len(members)) and not self.again:
             vapour, L = Vapour(arrays), self.scene.material.L
             centroid = vapour.places()[1]
             index = np.searchsorted(vapour.label, members.get("joined"))
             place = np.stack([members.get(name) for name in ("x", "y", "z")], -1)
-            distance2 = np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2
             # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
-            order = np.lexsort((members.get("uid"), np.round(distance2, 9), index))
-            mass, enthalpy, pooled = members.get("m"), members.get("e"), np.empty(len(members))
+            distance2 = np.round(np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2, 9)
+            index, own = ranks.gather(index)  # a pool is shared by a whole bubble, wherever its liquid is
+            distance2, uid, mass, enthalpy = (ranks.gather(part)[0] for part in (
+                distance2, *(members.get(name) for name in ("uid", "m", "e"))))
+            order = np.lexsort((uid, distance2, index))
+            pooled = np.empty(len(order))
             for pool in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
                 m, e = mass[pool], enthalpy[pool]
                 heat, price = float(np.sum(m * e)), np.cumsum(m * L)
@@ -91,4 +95,4 @@ class Pools:
                     pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
                 if n:
                     pa.relabel[0] = 1.0
-            members.put("pooled", pooled)
+            members.put("pooled", pooled[own])

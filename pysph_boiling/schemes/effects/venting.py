@@ -9,6 +9,7 @@ from pysph_boiling.device import Subset, largest, values
 from pysph_boiling.equations import venting
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, param
 from pysph_boiling.schemes.stages import Term
 
@@ -91,14 +92,17 @@ class VentingTool(Tool):
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
-        if not any(largest(values(pa, "free")) >= self.effect.steps for pa in arrays):
+        if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.steps for pa in arrays)):
             return
         bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR))
                    for pa in arrays]
         labels = [part.get("bubble") for part in bubbles]
-        names, index, size = np.unique(np.concatenate(labels), return_inverse=True, return_counts=True)
+        here, index = np.unique(np.concatenate(labels), return_inverse=True)
+        names, place = ranks.union(here)
+        index = place[index]
+        size = ranks.total(np.bincount(index, minlength=len(names)))
         free = np.concatenate([part.get("free") for part in bubbles])
-        released = np.bincount(index, weights=free >= self.effect.steps, minlength=len(names))
+        released = ranks.total(np.bincount(index, weights=free >= self.effect.steps, minlength=len(names)))
         surface = size ** (1.0 - 1.0 / self.scheme.dim)
         leaving = (released > 0) & (released >= self.effect.share * surface)
         if not leaving.any():
@@ -110,10 +114,11 @@ class VentingTool(Tool):
             self._vent(part.pa, part.only(np.isin(label, names[leaving])))
 
     def _vent(self, pa, gone):
-        if len(gone) == 0:
+        n = ranks.total(len(gone))
+        if n == 0:
             return
         m, e = gone.get("m"), gone.get("e")
-        pa.n_vented[0] += len(gone)
+        pa.n_vented[0] += n
         if self.effect.mode == "lid":
             phase = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID
             fed = dict(e=self.e_feed, phase=int(phase), T=temperature(self.e_feed, phase, self.material), u=0.0, v=0.0,
@@ -121,12 +126,13 @@ class VentingTool(Tool):
             for name, value in fed.items():
                 if name in pa.properties:
                     gone.put(name, value)
-            pa.energy_vented[0] += float(np.sum(m * (e - gone.get("e"))))
+            pa.energy_vented[0] += ranks.total(float(np.sum(m * (e - gone.get("e")))))
             return
-        pa.energy_vented[0] += float(np.sum(m * e))
-        pa.mass_vented[0] += float(np.sum(m))
-        for name, carried in pa.constants.items():
+        pa.energy_vented[0] += ranks.total(float(np.sum(m * e)))
+        pa.mass_vented[0] += ranks.total(float(np.sum(m)))
+        for name in sorted(pa.constants):
             if name.startswith("carried_"):
-                carried.get_npy_array()[0] += float(np.sum(gone.get(name.removeprefix("carried_")), dtype=float))
+                carried = float(np.sum(gone.get(name.removeprefix("carried_")), dtype=float))
+                pa.constants[name].get_npy_array()[0] += ranks.total(carried)
         gone.remove()
 
