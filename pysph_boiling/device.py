@@ -56,7 +56,8 @@ def _chosen(array, where, other):
 def largest(array, where=None, default=0.0):
     """Largest entry, of those chosen by the mask ``where`` (n,) if given; ``default`` if it is larger or none is."""
     array = _chosen(array, where, default)
-    return max(default, _number(_library(array).max(array))) if len(array) else default
+    found = _number(_library(array).max(array)) if len(array) else default
+    return default if found < default else found  # NaN is told, as far as the device tells it
 
 
 def summed(array, where=None):
