@@ -13,6 +13,7 @@ import sys
 from contextlib import contextmanager
 
 import numpy as np
+from compyle.array import get_backend
 
 __all__ = [
     "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
@@ -268,7 +269,7 @@ def on_host(particles):
 
 def neighbour_search(particles, **options):
     """PySPH's neighbour search for the backend in use; lists are kept."""
-    if particles[0].gpu is None:
+    if get_backend() == "cython":
         from pysph.base.nnps import LinkedListNNPS
 
         return LinkedListNNPS(particles=particles, cache=True, **options)
