@@ -13,6 +13,7 @@ import sys
 from contextlib import contextmanager
 
 import numpy as np
+from compyle.array import get_backend
 
 __all__ = [
     "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
@@ -56,7 +57,8 @@ def _chosen(array, where, other):
 def largest(array, where=None, default=0.0):
     """Largest entry, of those chosen by the mask ``where`` (n,) if given; ``default`` if it is larger or none is."""
     array = _chosen(array, where, default)
-    return max(default, _number(_library(array).max(array))) if len(array) else default
+    found = _number(_library(array).max(array)) if len(array) else default
+    return default if found < default else found  # NaN is told, as far as the device tells it
 
 
 def summed(array, where=None):
@@ -267,7 +269,7 @@ def on_host(particles):
 
 def neighbour_search(particles, **options):
     """PySPH's neighbour search for the backend in use; lists are kept."""
-    if particles[0].gpu is None:
+    if get_backend() == "cython":
         from pysph.base.nnps import LinkedListNNPS
 
         return LinkedListNNPS(particles=particles, cache=True, **options)

@@ -340,8 +340,6 @@ class SceneApplication(Application):
         self.consume_user_options()
         self.configure_scheme()
         particles = self.make_particles(self.parameters, self.scheme)
-        for pa in particles:
-            pa.set_device_helper(None)  # a device gets them when PySPH makes its neighbour search; until then edit them
         widen_sites(self.scheme, particles)
         self.scheme.setup_properties(particles)
         self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)

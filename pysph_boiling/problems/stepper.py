@@ -1,6 +1,7 @@
 """A scheme compiled on its arrays and stepped by hand: no files, no application."""
 from time import perf_counter
 
+from compyle.array import get_backend
 from compyle.config import get_config
 
 from pysph_boiling.device import Mirrored, detached, neighbour_search
@@ -9,7 +10,7 @@ __all__ = ["Stepper"]
 
 
 class Stepper:
-    """Steps a scheme: ``step(n)``. On OpenMP, or on the device on which the arrays are: PySPH's configuration says so.
+    """Steps a scheme: ``step(n)``. On OpenMP, or on a device if PySPH's configuration says so.
 
     Between calls the host holds the state, and what is edited there counts.
 
@@ -26,7 +27,7 @@ class Stepper:
     openmp = True  # where the arrays are on the host
 
     def __init__(self, scheme, arrays, *, dt=None, domain=None):
-        on_device = any(pa.gpu is not None for pa in arrays)
+        on_device = get_backend() != "cython"
         get_config().use_openmp = self.openmp and not on_device
         self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
         scheme.configure_solver(dt=dt, tf=1e9)

@@ -14,7 +14,6 @@ from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from scipy.stats import chi2_contingency, chisquare
 
 from pysph_boiling.analysis.ledger import Ledger
-from pysph_boiling.device import send
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, fluid_block
 from pysph_boiling.phases import Phase, temperature
@@ -440,7 +439,6 @@ def test_condition_of_the_stage(burst, e, needed):
     pa.phase[:] = np.r_[[SUPERHEATED] * 30, [VAPOUR] * 10]
     pa.e[:] = np.r_[[e * L] * 30, [9.0 * L] * 10]
     condition = scheme.effects["burst"].conditions(scheme.scene())["burst"]
-    send([pa])
     assert condition([pa]) is needed
 
 

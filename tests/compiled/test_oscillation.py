@@ -69,7 +69,7 @@ class Bubbles:
         self.scheme = make_scheme(dim, v_exp, **oscillation)
         self.scene, self.effect = self.scheme.scene(), self.scheme.effects["oscillation"]
         common = dict(spacing=DX, dim=dim, rho0=WATER.rho_l)
-        self.fluid, self.wall = fluid_array(points, **common), fluid_array([(9.0, 9.0, 0.0)], name="wall", **common)
+        self.fluid, self.wall = fluid_array(points, **common), fluid_array([(2.0, 2.0, 0.0)], name="wall", **common)
         set_up(self.scheme, self.fluid, self.wall)
         self.fluid.m[:] *= m
         self.fluid.bubble[:] = label

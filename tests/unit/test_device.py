@@ -4,6 +4,7 @@ import pytest
 from pysph.base.utils import get_particle_array
 
 from pysph_boiling.device import Subset, counted, largest, summed, values
+from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.particles import BASE_PROPERTIES, WALL_PROPERTIES
 
 
@@ -28,9 +29,9 @@ def test_reductions_of_nothing(pa):
     assert largest(-m) == 0.0
 
 
-def test_a_sum_tells_of_nan_and_a_largest_of_infinity(pa):
+def test_nan_and_infinity_are_told(pa):
     pa.m[2] = np.nan
-    assert np.isnan(summed(values(pa, "m")))
+    assert np.isnan(summed(values(pa, "m"))) and np.isnan(largest(values(pa, "m")))
     pa.m[2] = np.inf
     assert largest(values(pa, "m")) == np.inf
 
@@ -55,8 +56,9 @@ def test_no_property_hides_a_part_of_a_device_array():
 
     taken = set(dir(DeviceHelper)) | {"backend", "use_double", "properties", "constants", "num_real_particles"}
     names = {row.name for row in (*BASE_PROPERTIES, *WALL_PROPERTIES)}
-    for name in SETS:
-        made = scheme(name, dim=2, spacing=0.01)
+    schemes = [scheme(name, dim=2, spacing=0.01) for name in SETS]
+    schemes.append(ExplosiveBoiling().make_scheme(ExplosiveBoiling.Parameters()))
+    for made in schemes:
         names |= {row.name for what in ("properties", "site_properties") for row in made.gather(what)}
         names |= {name for effect in made.effects.values() for name in effect.constants(made.scene())}
     assert "push" in taken and len(names) > 60
