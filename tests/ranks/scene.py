@@ -45,7 +45,7 @@ from pysph_boiling.schemes.effects import (
 )
 
 DX = 0.002
-SIZES = {"wide": (96, 12), "left": (96, 12), "chain": (1000, 3), "tiny": (2, 2)}  # of the water, in spacings
+SIZES = {"wide": (96, 12), "left": (96, 12), "chain": (1000, 5), "tiny": (2, 2)}  # of the water, in spacings
 DEADLY = 6  # step in which a rank dies
 
 
@@ -146,7 +146,8 @@ class RankScene(SceneApplication):
         if p.case == "wide":
             T[(middle < 4.0) & (y > 6.0)] += 150.0  # bursts on the border between two ranks, with 2 and with 4
         scheme.set_temperature(fluid, T)
-        vapour = {"wide": (np.abs(y - 3.0) < 1.0) & (x > 2.0) & (x < columns - 2.0), "left": x < 0.2 * columns,
+        vapour = {"wide": (np.abs(y - 3.0) < 1.0) & (x > 2.0) & (x < columns - 2.0),
+                  "left": (x < 0.2 * columns) & (y < rows - 4.0),
                   "chain": np.abs(y - 1.5) < 0.5, "tiny": np.zeros(len(x), bool)}[p.case]
         cold = (p.case == "wide") & (np.abs(x - 0.25 * columns) < 3.0) & (np.abs(y - 7.0) < 2.0)
         top = (p.case == "wide") & (np.abs(x - 0.75 * columns) < 3.0) & (y > rows - 2.0)

@@ -38,7 +38,7 @@ if os.environ.get("RANKS") == "required":
 pytestmark = pytest.mark.skipif(not available(), reason="MPI is not set up: run 'make setup-mpi'")
 
 
-def start(ranks, folder, *arguments, **options):
+def start(ranks, folder, *arguments, timeout=900):  # s: ranks that wait for each other for ever are a failure
     """Run the scene on so many ranks, without mpirun for one; returns the finished process."""
     launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
     if launcher and os.geteuid() == 0:
@@ -46,7 +46,7 @@ def start(ranks, folder, *arguments, **options):
     environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1",
                    "PYTHONPATH": str(SCENE.parents[2])}
     return subprocess.run([*launcher, sys.executable, str(SCENE), "--no-pictures", "-d", str(folder), *arguments],
-                          env=environment, capture_output=True, text=True, check=False, **options)
+                          env=environment, capture_output=True, text=True, check=False, timeout=timeout)
 
 
 class Run:
@@ -126,13 +126,10 @@ def test_a_rank_without_particles(runs):
 
 @pytest.mark.parametrize("dies", ("killed", "error", "nan"))
 def test_a_rank_that_dies_ends_the_run(tmp_path, dies):
-    begin = time.monotonic()
     done = start(2, tmp_path, "--max-steps", "100", "--dies", dies, timeout=300)
     assert done.returncode != 0
-    log = (tmp_path / "ranks.log").stat() if (tmp_path / "ranks.log").exists() else None
-    assert log is not None
     died = max(path.stat().st_mtime for path in tmp_path.glob("*.json"))  # written once a step
-    assert time.time() - died < A_MINUTE, f"it went on for {time.monotonic() - begin:.0f} s"
+    assert time.time() - died < A_MINUTE, "it went on without the rank that had died"
     assert read_output(last_output(tmp_path))[0]["fluid"].get_number_of_particles() > 0
     if dies != "killed":
         assert {"error": "the last rank alone has failed", "nan": "u = nan of particle"}[dies] in done.stderr
