@@ -229,6 +229,20 @@ def bubble_rise(quick):
     }, finest=dict(fixed_sweeps(16)[0], share=0.0175))
 
 
+def bubble_at_rest(quick):
+    from pysph_boiling.problems.bubble_at_rest import BubbleAtRest
+
+    what = "speed of the pool that a bubble at rest stirs, over sqrt(g dx)"
+    if quick:
+        return Study("bubble_at_rest", BubbleAtRest(cells=16, duration=15.0), "speed", what, {}, presets=False)
+    return Study("bubble_at_rest", BubbleAtRest(), "speed", what, {
+        "time step": along("share", 0.1, 0.05, 0.035), "cohesion": along("strength", 2.5, 8.0),
+        "time step and cohesion": together(along("share", 0.05, 0.035), along("strength", 8.0)),
+        "sweeps": fixed_sweeps(4, 16),
+        "3-D": together([dict(dim=3, cells=14)], [{}, {"strength": 3.0}, {"strength": 3.0, "share": 0.05}]),
+    })
+
+
 def sloshing(quick):
     from pysph_boiling.problems.drift import SloshingTank
 
@@ -312,7 +326,8 @@ def boiling_rate(quick):
 STUDIES = {
     "hydrostatic_2d": lambda quick: hydrostatic(2, quick), "hydrostatic_3d": lambda quick: hydrostatic(3, quick),
     "dam_break": dam_break, "dam_break_itself": dam_break_itself, "sloshing": sloshing, "momentum": momentum,
-    "bubble_rise": bubble_rise, "conduction": conduction, "fourier": fourier, "stefan": stefan, "growth": growth,
+    "bubble_rise": bubble_rise, "bubble_at_rest": bubble_at_rest,
+    "conduction": conduction, "fourier": fourier, "stefan": stefan, "growth": growth,
     "boiling_rate": boiling_rate,
 }
 
