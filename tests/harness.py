@@ -24,7 +24,7 @@ BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tes
 OPTIONS = {  # of the command line
     "cython": ("--no-openmp",), "openmp": ("--openmp",), "opencl": ("--opencl", "--use-double", "--results-every", "1"),
 }.get(BACKEND)
-host_only = pytest.mark.skipif(BACKEND == "opencl", reason="nothing in it runs on a device")
+host_only = pytest.mark.skipif(BACKEND == "opencl", reason="what it does by hand is the host's alone")
 
 
 def use_backend():

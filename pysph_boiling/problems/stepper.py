@@ -42,7 +42,7 @@ class Stepper:
         if on_device:
             self.solver.integrator.c_integrator.t = self.solver.integrator.c_integrator.dt = 0.0  # PySPH's has none yet
             mirrored = Mirrored(self, detached(arrays))
-            self.step, self.run_stage = mirrored.step, mirrored.run_stage
+            self.step, self.run_stage, self.settle = mirrored.step, mirrored.run_stage, mirrored.settle
 
     def step(self, n=1):
         """Take ``n`` steps."""
@@ -57,6 +57,10 @@ class Stepper:
             self.t += self.dt
             self.solver.count += 1
         self.seconds += perf_counter() - begin
+
+    def settle(self):
+        """Give particles that start too close their distance, as the first step otherwise does."""
+        self.solver.integrator.settle()
 
     def run_stage(self, name):
         """One stage alone, on fresh neighbour lists."""

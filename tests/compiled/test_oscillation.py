@@ -496,7 +496,7 @@ def record(stepper):
 @pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first step, while the jitter is pressed out
 def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=0.5, upper=2.0, sweeps=2)
-    stepper.solver.integrator.settle()
+    stepper.settle()
     calls = record(stepper)
     stepper.step()
     assert calls == ["heat", "phases", "bubbles", "density", "forces"]
