@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 # Idle OpenMP threads sleep: spinning ones steal time from the rest of a small machine.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: demo test test-all mutants lint clean
+.PHONY: demo test test-all parity mutants lint clean setup-mpi
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -22,6 +22,26 @@ test: $(TESTABLE)
 
 test-all: $(TESTABLE)
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m ""
+
+# The equations against their references on every backend; make test has run OpenMP.
+parity: $(TESTABLE)
+	@for backend in cython opencl; do PYOPENCL_CTX=0 PYSPH_BOILING_BACKEND=$$backend \
+	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) tests/compiled || exit 1; done
+
+# MPI ranks, on Debian: Open MPI and Zoltan, their Python packages, and the one module of PySPH that needs both.
+MPI_PACKAGES := libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev
+export ZOLTAN_INCLUDE ?= /usr/include/trilinos
+export ZOLTAN_LIBRARY ?= /usr/lib/$(shell uname -m)-linux-gnu
+
+setup-mpi: $(READY)
+	@command -v mpic++ >/dev/null && test -d $(ZOLTAN_INCLUDE) || { \
+	  test "$$(id -u)" = 0 || { echo "first, as root: apt install $(MPI_PACKAGES)"; exit 1; }; \
+	  apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -y -qq --no-install-recommends $(MPI_PACKAGES) >/dev/null; }
+	@$(BIN)/python -m pip install --quiet mpi4py wheel setuptools cython
+	@USE_TRILINOS=1 $(BIN)/python -m pip install --quiet pyzoltan
+	@$(BIN)/python tools/build_parallel_manager.py
+	@echo "ready: mpirun -n 2 $(BIN)/pysph-boiling run SCENE"
 
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py

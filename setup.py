@@ -6,6 +6,8 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 INIT = (HERE / "pysph_boiling" / "__init__.py").read_text(encoding="utf-8")
+OPENCL = ["pyopencl[pocl]", "numpy<2.4"]  # a driver for the processor; numpy 2.4 breaks PySPH's device helper
+NVRTC = "nvidia-cuda-nvrtc-cu12; platform_system == 'Linux' and platform_machine == 'x86_64'"  # compiles CUDA
 VIEW = ["pyvista", "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 
 setup(
@@ -22,9 +24,9 @@ setup(
     package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"]},
     install_requires=["pysph", "cyarray", "numpy", "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", *VIEW],
+        "test": ["pytest", "pytest-xdist", "hypothesis", *VIEW, *OPENCL, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
-        "opencl": ["pyopencl", "numpy<2.4"],  # numpy 2.4 breaks PySPH's device helper
+        "opencl": OPENCL,
         "view": VIEW,
         "docs": ["sphinx"],
     },

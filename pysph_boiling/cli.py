@@ -4,6 +4,8 @@ import importlib
 import os
 import pkgutil
 import sys
+import time
+import traceback
 import warnings
 from functools import partial
 
@@ -28,13 +30,13 @@ def scene_class(name):
                 and issubclass(value, Application) and value.__module__ == module.__name__)
 
 
-def openmp_arguments(arguments):
-    """``--openmp`` on Linux, unless a backend was chosen or there is one core only.
+def openmp_arguments(arguments, ranks=1):
+    """``--openmp`` on Linux, unless a backend was chosen, there is one core only, or several ranks share the cores.
 
     Elsewhere the compiler may not support it; there it is one's own choice.
     """
     chosen = {"--openmp", "--no-openmp", "--opencl", "--cuda"} & set(arguments)
-    useful = sys.platform.startswith("linux") and (os.cpu_count() or 1) > 1
+    useful = sys.platform.startswith("linux") and (os.cpu_count() or 1) > 1 and ranks == 1
     return ["--openmp"] if useful and not chosen else []
 
 
@@ -90,9 +92,14 @@ def run(arguments):
     if not arguments or arguments[0].startswith("-"):
         raise ValueError(f"which scene? One of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
+    from pysph_boiling.examples.application import SceneApplication
+
     app = scene_class(name)()
+    if app.num_procs > 1 and not isinstance(app, SceneApplication):
+        raise ValueError(f"{name} is a scheme of PySPH's in a periodic domain, which has no ghosts on ranks: run "
+                         "it on one")
     app.arg_parse.prog = f"pysph-boiling run {name}"
-    app.run(openmp_arguments(rest) + rest)
+    app.run(openmp_arguments(rest, app.num_procs) + rest)
 
 
 def reproduce(arguments):
@@ -157,23 +164,45 @@ def main(argv=None):
         return 2
     try:
         commands[command](rest)
-    except (ValueError, OSError) as error:
-        print(f"pysph-boiling: {error}", file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as error:
-        if error.name in ("pyopencl", "pycuda"):
-            error = f"this backend needs the package '{error.name}', which is not installed"
-        elif "pip install" not in str(error):
-            raise
-        print(f"pysph-boiling: {error}", file=sys.stderr)
-        return 2
-    except FloatingPointError as error:
-        print(f"pysph-boiling: {error}", file=sys.stderr)
-        return 1
-    except ArithmeticError as error:
-        print(f"pysph-boiling: these parameters lead to numbers beyond all range ({error})", file=sys.stderr)
-        return 2
-    except AssertionError as error:
-        print(f"pysph-boiling: the final check failed: {error}", file=sys.stderr)
-        return 1
+    except Exception as error:
+        return report(error)
     return 0
+
+
+def report(error):
+    """Say what went wrong and return the exit status; raise it again where it is a fault of ours.
+
+    On several ranks the others may know nothing of it, and would wait for this one for ever: all are ended.
+    """
+    from pysph_boiling.schemes import ranks
+
+    message, status = explain(error)
+    if message is None and ranks.size() == 1:
+        raise error
+    if ranks.rank() > 0:
+        time.sleep(1.0)  # what all ranks found, the first one has said by then, and ended them
+    text = f"pysph-boiling: {message}" if message else "".join(traceback.format_exception(error))
+    print(text if ranks.size() == 1 else f"rank {ranks.rank()}: {text}", file=sys.stderr, flush=True)
+    if ranks.size() > 1:
+        ranks.abort(status)
+    return status
+
+
+def explain(error):
+    """(message, exit status) of an error that a user can do something about; the message is ``None`` for others."""
+    if isinstance(error, ModuleNotFoundError):
+        if error.name in ("pyopencl", "pycuda"):
+            return f"this backend needs the package '{error.name}', which is not installed", 2
+        if error.name == "pysph.parallel.parallel_manager":
+            return ("mpi4py and pyzoltan are installed, but PySPH's parallel manager is not built, without which it "
+                    "does not start: run 'python tools/build_parallel_manager.py', or 'make setup-mpi'"), 2
+        return (str(error), 2) if "pip install" in str(error) else (None, 1)
+    if isinstance(error, (ValueError, OSError)):
+        return str(error), 2
+    if isinstance(error, FloatingPointError):
+        return str(error), 1
+    if isinstance(error, ArithmeticError):
+        return f"these parameters lead to numbers beyond all range ({error})", 2
+    if isinstance(error, AssertionError):
+        return f"the final check failed: {error}", 1
+    return None, 1

@@ -29,7 +29,7 @@ def fill(pa, name, value):
     """Set a property of all particles of one array to a number, on the host and, where there is one, on the device."""
     pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet how many are real
     if pa.gpu is not None:
-        pa.gpu.push(name)
+        pa.gpu.get_device_array(name).fill(value)
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,13 @@ def _check_points(name, points, spacing):
     return points
 
 
+def _host_array(**values):
+    """An array that is the host's until PySPH makes its neighbour search: edits before that reach a device."""
+    pa = get_particle_array(**values)
+    pa.set_device_helper(None)
+    return pa
+
+
 def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
     """A fluid array of equal particles.
 
@@ -105,7 +112,7 @@ def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
     if not rho0 > 0.0:
         raise ValueError(f"rho0 must be > 0 kg/m^3, got {rho0}")
     x, y, z = points.T
-    pa = get_particle_array(name=name, x=x, y=y, z=z, m=rho0 * spacing**dim, h=hdx * spacing, rho=rho0)
+    pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * spacing**dim, h=hdx * spacing, rho=rho0)
     pa.add_property("uid", type="unsigned int", data=np.arange(len(x), dtype=np.uint32))
     return pa
 
@@ -189,7 +196,7 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
     h = hdx * spacing
     volume = akinci_volume(points, kernel, h=h, dim=dim)
     x, y, z = points.T
-    pa = get_particle_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
+    pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
     pa.add_property("heated", type="int")
     if heated is not None:
         pa.heated[:] = np.asarray(heated, dtype=int)
@@ -274,4 +281,4 @@ def site_array(points, *, reach, spacing, radius_scale=2.0, name="sites"):
     if not reach > 0.0:
         raise ValueError(f"reach of the sites must be > 0 m, got {reach} m")
     x, y, z = points.T
-    return get_particle_array(name=name, x=x, y=y, z=z, h=reach / radius_scale, m=1.0)  # PySPH wants a mass; unused
+    return _host_array(name=name, x=x, y=y, z=z, h=reach / radius_scale, m=1.0)  # PySPH wants a mass; unused

@@ -4,37 +4,71 @@ Compiling is what costs time here (about 20 s a module, cold), so everything com
 scheme's stages are compiled side by side. Dimension, sizes and parameters are run-time values: 2-D and 3-D share a
 module, as do all values of a parameter.
 """
+import os
+
 import numpy as np
+import pytest
 from compyle.config import get_config
 from pysph.base.kernels import CubicSpline
-from pysph.base.nnps import LinkedListNNPS
 from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
-from pysph_boiling.problems.stepper import Stepper
+from pysph_boiling.device import Mirrored, detached, neighbour_search
+from pysph_boiling.problems import stepper
 from pysph_boiling.schemes.solver import vectorised
 
-__all__ = ["Evaluator", "Stepper", "one_group_each", "random_cloud", "use_openmp"]
+__all__ = ["BACKEND", "OPTIONS", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
+
+BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
+OPTIONS = {  # of the command line
+    "cython": ("--no-openmp",), "openmp": ("--openmp",), "opencl": ("--opencl", "--use-double", "--results-every", "1"),
+}.get(BACKEND)
+host_only = pytest.mark.skipif(BACKEND == "opencl", reason="what it does by hand is the host's alone")
 
 
-def use_openmp():
-    """All compiled tests run on OpenMP, as users do."""
-    get_config().use_openmp = True
+def use_backend():
+    """Compiled tests run on OpenMP, as users do, if nothing else is asked for; on a device in double precision."""
+    if BACKEND not in ("cython", "openmp", "opencl"):
+        raise ValueError(f"PYSPH_BOILING_BACKEND must be cython, openmp or opencl, got {BACKEND!r}")
+    config = get_config()
+    config.use_openmp = stepper.Stepper.openmp = BACKEND == "openmp"
+    config.use_opencl = config.use_double = BACKEND == "opencl"
+
+
+use_backend()  # before the first particle array is made
+
+
+def on_the_host_if_periodic(domain):
+    """A device has no ghosts: the solver refuses periodic domains there (``test_opencl.py``)."""
+    if domain is not None and BACKEND == "opencl":
+        pytest.skip("a periodic domain is the host's alone")
+
+
+class Stepper(stepper.Stepper):
+    """Steps a scheme by hand, on the backend that is tested."""
+
+    def __init__(self, scheme, arrays, *, domain=None, **options):
+        on_the_host_if_periodic(domain)
+        super().__init__(scheme, arrays, domain=domain, **options)
 
 
 class Evaluator:
     """Equations compiled on particle arrays; ``run(t, dt)`` evaluates them once on fresh neighbour lists."""
 
     def __init__(self, arrays, groups, *, dim, kernel=None, domain=None):
-        use_openmp()
+        on_the_host_if_periodic(domain)
+        use_backend()
         self.arrays, self.kernel = arrays, kernel or CubicSpline(dim=dim)
         self.evaluation = AccelerationEval(arrays, groups, self.kernel)
         with vectorised():
             SPHCompiler(self.evaluation, None).compile()
-        self.nnps = LinkedListNNPS(dim=dim, particles=arrays, radius_scale=self.kernel.radius_scale, cache=True,
-                                   domain=domain)
+        self.nnps = neighbour_search(arrays, dim=dim, radius_scale=self.kernel.radius_scale, domain=domain)
         self.evaluation.set_nnps(self.nnps)
+        if BACKEND == "opencl":
+            pairs = detached(arrays)
+            self.nnps, self.evaluation = (
+                Mirrored(target, pairs) for target in (self.nnps, self.evaluation))
 
     def run(self, t=0.0, dt=1.0):
         self.nnps.update_domain()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.vapour import Vapour
 
 __all__ = ["BubbleTable", "Departures", "bubble_table", "store_sizes"]
@@ -75,27 +75,20 @@ class Departures(Tool):
     def pre_step(self, solver):
         if self.attached is None:  # also when an interrupted run goes on
             sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
-            self.base = max(float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up)) for pa in sites)
-            uid, index, _, aloft = self.look()
-            self.attached = uid[~aloft[index]]
+            self.base = ranks.largest(max(
+                float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up, initial=-np.inf)) for pa in sites))
+            uid, vapour, aloft = self.look()
+            self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
 
     def post_step(self, solver):
-        uid, index, size, aloft = self.look()
-        before = np.bincount(index, weights=np.isin(uid, self.attached), minlength=len(size))
-        for n in size[aloft & (before > 0.5 * size)]:
+        uid, vapour, aloft = self.look()
+        before = vapour.sum(np.isin(uid, self.attached))
+        for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
             self.events.append((solver.t + solver.dt, int(n)))
-        self.attached = uid[~aloft[index]]
+        self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
 
     def look(self):
-        """Of each vapour particle its uid and bubble; of each bubble its particles, and whether it is aloft."""
-        parts = {name: [] for name in ("uid", "bubble", "height")}
-        for pa in self.scheme.arrays:
-            vapour = np.flatnonzero(pa.get("phase", only_real_particles=True) == Phase.VAPOUR)
-            parts["uid"].append(pa.uid[vapour])
-            parts["bubble"].append(pa.bubble[vapour])
-            parts["height"].append(np.stack([pa.x[vapour], pa.y[vapour], pa.z[vapour]], -1) @ self.up - self.base)
-        uid, bubble, height = (np.concatenate(parts[name]) for name in ("uid", "bubble", "height"))
-        _, index, size = np.unique(bubble, return_inverse=True, return_counts=True)
-        lowest = np.full(len(size), np.inf)
-        np.minimum.at(lowest, index, height)
-        return uid, index, size, lowest > self.clearance
+        """Uids of the vapour particles, their bubbles, and of each bubble whether it is aloft."""
+        vapour = Vapour(self.scheme.arrays)
+        height = np.stack([vapour.get(name) for name in "xyz"], -1) @ self.up - self.base
+        return vapour.get("uid"), vapour, -vapour.max(-height, least=-np.inf) > self.clearance

@@ -16,6 +16,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects import Column, gather, total
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
@@ -134,12 +135,12 @@ class Ledger(Tool):
         if not self.thermal:
             return 0.0
         stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
-        return float(np.sum(gather(arrays, "m") * gather(arrays, "e"))) + stored
+        return ranks.total(float(np.sum(gather(arrays, "m") * gather(arrays, "e")))) + stored
 
     @staticmethod
     def mass(arrays):
         """Mass of the domain [kg]."""
-        return float(np.sum(gather(arrays, "m")))
+        return ranks.total(float(np.sum(gather(arrays, "m"))))
 
     @staticmethod
     def start(arrays, constant):

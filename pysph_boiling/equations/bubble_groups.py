@@ -7,7 +7,6 @@ for every particle order. A shuffled chain of n particles settles in about log2(
 """
 from compyle.api import declare
 from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
-from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = ["BubbleCheck", "BubbleHook", "BubbleLabel", "BubbleShortcut", "BubbleSnap", "BubbleStart"]
@@ -105,12 +104,9 @@ class BubbleCheck(Equation):
             d_unsettled[d_idx] = 1
 
     def reduce(self, dst, t, dt):
-        n = dst.get_number_of_particles(True)
-        changed = 0.0
-        if dst.gpu is not None:
-            dst.gpu.pull('unsettled')
-        if n > 0:
-            changed = parallel_reduce_array(serial_reduce_array(dst.unsettled[:n], 'sum'), 'sum')
+        from pysph_boiling.device import summed, values  # here: compiled modules see no imports of ours
+
+        changed = parallel_reduce_array(summed(values(dst, 'unsettled')), 'sum')
         dst.bubble_rounds[0] += 1.0
         self.conv = 1.0 if changed == 0 else -1.0
 

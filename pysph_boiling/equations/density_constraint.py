@@ -8,7 +8,6 @@ from math import sqrt
 
 from compyle.api import declare
 from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
-from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope, boiling_uniform, kernel_coefficients
@@ -279,14 +278,11 @@ class PBFLambda(Equation):
             d_lmbda[d_idx] = 0.0
 
     def reduce(self, dst, t, dt):
-        total = 0.0
-        worst = 0.0
+        from pysph_boiling.device import largest, summed, values  # here: compiled modules see no imports of ours
+
         n = dst.get_number_of_particles(True)
-        if dst.gpu is not None:
-            dst.gpu.pull('compression')
-        if n > 0:
-            total = serial_reduce_array(dst.compression[:n], 'sum')
-            worst = serial_reduce_array(dst.compression[:n], 'max')
+        total = summed(values(dst, 'compression'))
+        worst = largest(values(dst, 'compression'))
         mean = parallel_reduce_array(total, 'sum') / max(parallel_reduce_array(float(n), 'sum'), 1.0)
         dst.density_error[0] = mean
         dst.density_error[1] = parallel_reduce_array(worst, 'max')

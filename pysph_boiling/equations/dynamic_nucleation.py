@@ -292,11 +292,11 @@ class NucleationShare(Equation):
     def loop_all(self, d_idx, d_pick_key, d_phase, d_e, d_T, d_member, d_burst, d_x, d_y, d_z, s_cut, s_e_chosen,
                  s_e_others, s_x, s_y, s_z, NBRS, N_NBRS):
         i = declare('int')
-        new = declare('int')
+        state = declare('int')
         s_idx = declare('long')
         d_member[d_idx] = 0
         if d_phase[d_idx] == 2:
-            new = 2
+            state = 2
             for i in range(N_NBRS):
                 s_idx = NBRS[i]
                 if s_cut[s_idx] >= 0.0:
@@ -308,12 +308,12 @@ class NucleationShare(Equation):
                         d_e[d_idx] = s_e_others[s_idx]
                         if d_pick_key[d_idx] <= s_cut[s_idx]:
                             d_e[d_idx] = s_e_chosen[s_idx]
-                            new = 3
+                            state = 3
             if d_member[d_idx] > 0:
-                d_phase[d_idx] = new
-                d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v,
+                d_phase[d_idx] = state
+                d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, state, self.T_sat, self.L, self.c_l, self.c_v,
                                                  self.subcooling)
-            if new == 3:
+            if state == 3:
                 d_burst[d_idx] += 1
 
 

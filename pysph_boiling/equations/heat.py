@@ -8,7 +8,6 @@ that moves them, so that a ledger closes without a subtraction.
 from math import sqrt
 
 from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
-from pysph.base.reduce_array import serial_reduce_array
 from pysph.sph.equation import Equation
 
 __all__ = [
@@ -177,11 +176,10 @@ class HeatFluxWeight(Equation):
                 d_heater_dry[d_idx] += WIJ
 
     def reduce(self, dst, t, dt):
-        n = dst.get_number_of_particles(True)
-        if dst.gpu is not None:
-            dst.gpu.pull('heater_wet', 'heater_dry')
-        wet = parallel_reduce_array(serial_reduce_array(dst.heater_wet[:n], 'sum'), 'sum')
-        dry = parallel_reduce_array(serial_reduce_array(dst.heater_dry[:n], 'sum'), 'sum')
+        from pysph_boiling.device import summed, values  # here: compiled modules see no imports of ours
+
+        wet = parallel_reduce_array(summed(values(dst, 'heater_wet')), 'sum')
+        dry = parallel_reduce_array(summed(values(dst, 'heater_dry')), 'sum')
         dst.heater_weight[0] = wet
         dst.heater_weight[1] = dry
         if wet <= 0.0 and dry <= 0.0:

@@ -24,7 +24,7 @@ class BubbleOscillation(Equation):
     nearest : float   Nearer to the centre than this [m], > 0, the direction fades to zero.
 
     Reads    d_phase, d_m [kg], d_bcx, d_bcy, d_bcz (centre of its bubble) [m], d_bdx, d_bdy, d_bdz (mean direction)
-    [-], d_push (P_b) [kg m].   Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], own index only.
+    [-], d_thrust (P_b) [kg m].   Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], own index only.
     Needs    what it reads set since the particles last moved.   Errors   ValueError if nearest <= 0.
     """
 
@@ -35,13 +35,13 @@ class BubbleOscillation(Equation):
         super().__init__(dest, sources)
 
     def post_loop(self, d_idx, d_phase, d_m, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_bcx, d_bcy, d_bcz, d_bdx, d_bdy, d_bdz,
-                  d_push):
+                  d_thrust):
         if d_phase[d_idx] == 3:
             rx = d_x[d_idx] - d_bcx[d_idx]
             ry = d_y[d_idx] - d_bcy[d_idx]
             rz = d_z[d_idx] - d_bcz[d_idx]
             r = max(sqrt(rx*rx + ry*ry + rz*rz), self.nearest)
-            f = d_push[d_idx] / d_m[d_idx]
+            f = d_thrust[d_idx] / d_m[d_idx]
             px = f * (rx/r - d_bdx[d_idx])
             py = f * (ry/r - d_bdy[d_idx])
             pz = f * (rz/r - d_bdz[d_idx])

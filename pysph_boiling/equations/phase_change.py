@@ -173,27 +173,28 @@ class PhaseEdges(Equation):
 
     def post_loop(self, d_idx, d_e, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
         old = declare('int')
-        new = declare('int')
+        state = declare('int')
         old = d_phase[d_idx]
-        new = old
+        state = old
         if old != 3:
             if d_e[d_idx] < 0.0:
-                new = 0
+                state = 0
             else:
                 if old == 1:
                     if d_e[d_idx] >= self.L:
-                        new = 3
+                        state = 3
                         d_vaporised[d_idx] += 1
                     else:
                         if d_kinetic[d_idx] == 0:
-                            new = 2
+                            state = 2
                             d_interrupted[d_idx] += 1
                 else:
-                    new = 2
+                    state = 2
                     if d_kinetic[d_idx] == 1:
-                        new = 1
-        d_phase[d_idx] = new
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, new, self.T_sat, self.L, self.c_l, self.c_v, self.subcooling)
+                        state = 1
+        d_phase[d_idx] = state
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, state, self.T_sat, self.L, self.c_l, self.c_v,
+                                         self.subcooling)
 
 
 class PhaseEdgesHold(Equation):
@@ -226,29 +227,29 @@ class PhaseEdgesHold(Equation):
 
     def post_loop(self, d_idx, d_e, d_e_lat, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
         old = declare('int')
-        new = declare('int')
+        state = declare('int')
         old = d_phase[d_idx]
-        new = old
+        state = old
         if old != 3:
             if d_e[d_idx] < 0.0:
-                new = 0
+                state = 0
                 d_e_lat[d_idx] = 0.0
             else:
                 if old == 1:
                     if d_e[d_idx] >= self.L:
-                        new = 3
+                        state = 3
                         d_e_lat[d_idx] = 0.0
                         d_vaporised[d_idx] += 1
                     else:
                         if d_kinetic[d_idx] == 0:
-                            new = 2
+                            state = 2
                             d_e_lat[d_idx] = d_e[d_idx]
                             d_interrupted[d_idx] += 1
                 else:
-                    new = 2
+                    state = 2
                     if d_kinetic[d_idx] == 1:
-                        new = 1
+                        state = 1
                         d_e_lat[d_idx] = 0.0
-        d_phase[d_idx] = new
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], new, self.T_sat, self.L, self.c_l, self.c_v,
+        d_phase[d_idx] = state
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], state, self.T_sat, self.L, self.c_l, self.c_v,
                                          self.subcooling)

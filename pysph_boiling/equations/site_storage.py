@@ -113,13 +113,15 @@ class StorageChoice(Equation):
         i = declare('int')
         k = declare('int')
         after = declare('int')
+        most = declare('int')
         s_idx = declare('long')
         best = declare('long')
+        most = self.n_emit
         d_chosen[d_idx] = 0
         d_cut_r2[d_idx] = -1.0
         d_cut_uid[d_idx] = 0
         d_cost[d_idx] = 0.0
-        for k in range(self.n_emit):
+        for k in range(most):
             best = -1
             for i in range(N_NBRS):
                 s_idx = NBRS[i]
@@ -177,8 +179,7 @@ class StorageAbsorption(Equation):
         self.c_l = float(c_l)
         super().__init__(dest, sources)
 
-    def initialize_pair(self, d_idx, d_site, d_site_r2, d_m, d_e, d_T, d_paid, d_q_sites, s_occupied, s_Q_s, s_cost,
-                        dt):
+    def loop_all(self, d_idx, d_site, d_site_r2, d_m, d_e, d_T, d_paid, d_q_sites, s_occupied, s_Q_s, s_cost, dt):
         s_idx = declare('long')
         s_idx = d_site[d_idx]
         d_paid[d_idx] = 0.0
@@ -256,8 +257,8 @@ class StorageVapour(Equation):
         self.L = float(L)
         super().__init__(dest, sources)
 
-    def initialize_pair(self, d_idx, d_site, d_site_r2, d_uid, d_m, d_e, d_phase, d_T, d_emitted, d_q_sites, s_emits,
-                        s_cut_r2, s_cut_uid):
+    def loop_all(self, d_idx, d_site, d_site_r2, d_uid, d_m, d_e, d_phase, d_T, d_emitted, d_q_sites, s_emits,
+                 s_cut_r2, s_cut_uid):
         s_idx = declare('long')
         chosen = declare('int')
         s_idx = d_site[d_idx]

@@ -117,8 +117,8 @@ class ExplosiveBoiling(SceneApplication):
         return {
             "A (heat against motion)": (self.scheme.effects["heat"].acceleration, "-"),
             "St = c_l superheat/L": (paid, "-"),
-            "particles of vapour that the excess heat pays for": (paid * p.hot * sum(
-                pa.get_number_of_particles() for pa in self.scheme.arrays), "-"),
+            "particles of vapour that the excess heat pays for": (
+                paid * p.hot * self.counts()["fluid"], "-"),
             "swelling if none vents": (paid * p.hot * (v_exp - 1.0), "-"),
             "t* = sqrt(dx/g)": (self.scheme.scene().fall_time, "s"),
         }

@@ -17,9 +17,10 @@ from pysph.solver.utils import load
 from pysph.sph.equation import Group
 from pysph.sph.scheme import WCSPHScheme
 
+from pysph_boiling.device import send
 from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatUpdate
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.particles import add_properties
+from pysph_boiling.particles import add_properties, host
 from pysph_boiling.schemes import effects
 from pysph_boiling.schemes.integrator import HeatClock
 
@@ -83,6 +84,7 @@ class ReuseWCSPH(Application):
         fluid.u[:], fluid.v[:] = U, V
         fluid.e[:] = WATER.c_l * A_0 * np.cos(K * fluid.x)
         fluid.T[:] = T_MEAN + fluid.e / WATER.c_l
+        send([fluid])  # to the device, if there is one
         self.energy = float(np.sum(fluid.m * fluid.e)), float(np.sum(fluid.m * np.abs(fluid.e)))
         return [fluid]
 
@@ -109,11 +111,11 @@ class ReuseWCSPH(Application):
 
     def excess(self):
         """Temperature above the mean [K] of the real particles, from ``e``: ``T`` is that before the last update."""
-        return self.particles[0].get("e", only_real_particles=True) / WATER.c_l
+        return host(self.particles[0], "e") / WATER.c_l
 
     def phase(self):
         """Phase k (x - U t) of each particle in the drifting wave [rad]."""
-        return K * (self.particles[0].get("x", only_real_particles=True) - U * self.solver.t)
+        return K * (host(self.particles[0], "x") - U * self.solver.t)
 
     def decay_error(self):
         """Relative error of the amplitude [-]."""
@@ -128,7 +130,7 @@ class ReuseWCSPH(Application):
     def energy_drift(self):
         """Change of sum m e, relative to sum m |e| at the start [-]."""
         fluid = self.particles[0]
-        now = float(np.sum(fluid.get("m", only_real_particles=True) * fluid.get("e", only_real_particles=True)))
+        now = float(np.sum(host(fluid, "m") * host(fluid, "e")))
         return (now - self.energy[0]) / self.energy[1]
 
     def check_final(self):

@@ -115,7 +115,7 @@ class SteadyBoiling(SceneApplication):
         heated_area = (p.heated * p.width * p.spacing) ** (p.dim - 1)
         heater = scheme.effects["heater"]
         flux = heater.flux * heat.acceleration if heater.flux is not None else k * p.superheat / p.spacing
-        water = sum(float(np.sum(pa.m)) for pa in scheme.arrays)
+        water = self.ledger.mass(scheme.arrays)
         return {
             "A (heat against motion)": (heat.acceleration, "-"),
             "E (enhanced conductivity)": (heat.enhancement, "-"),

@@ -1,14 +1,18 @@
 """A scheme compiled on its arrays and stepped by hand: no files, no application."""
 from time import perf_counter
 
+from compyle.array import get_backend
 from compyle.config import get_config
-from pysph.base.nnps import LinkedListNNPS
+
+from pysph_boiling.device import Mirrored, detached, neighbour_search
 
 __all__ = ["Stepper"]
 
 
 class Stepper:
-    """Steps a scheme on OpenMP: ``step(n)``.
+    """Steps a scheme: ``step(n)``. On OpenMP, or on a device if PySPH's configuration says so.
+
+    Between calls the host holds the state, and what is edited there counts.
 
     Parameters
     ----------
@@ -20,18 +24,25 @@ class Stepper:
     ``t`` is the time [s]; ``seconds`` the wall time spent in steps so far [s], compiling left out.
     """
 
+    openmp = True  # where the arrays are on the host
+
     def __init__(self, scheme, arrays, *, dt=None, domain=None):
-        get_config().use_openmp = True
+        on_device = get_backend() != "cython"
+        get_config().use_openmp = self.openmp and not on_device
         self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
         scheme.configure_solver(dt=dt, tf=1e9)
         self.equations = scheme.get_equations()
         self.solver = scheme.get_solver()
-        nnps = LinkedListNNPS(dim=scheme.dim, particles=arrays, radius_scale=scheme.kernel.radius_scale, cache=True,
-                              fixed_h=True, domain=domain)
+        nnps = neighbour_search(arrays, dim=scheme.dim, radius_scale=scheme.kernel.radius_scale, fixed_h=True,
+                                domain=domain)
         self.solver.set_parallel_manager(None)
         self.solver.setup(arrays, self.equations, nnps)
         self.tools = scheme.tools()
         self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
+        if on_device:
+            self.solver.integrator.c_integrator.t = self.solver.integrator.c_integrator.dt = 0.0  # PySPH's has none yet
+            mirrored = Mirrored(self, detached(arrays))
+            self.step, self.run_stage, self.settle = mirrored.step, mirrored.run_stage, mirrored.settle
 
     def step(self, n=1):
         """Take ``n`` steps."""
@@ -46,6 +57,10 @@ class Stepper:
             self.t += self.dt
             self.solver.count += 1
         self.seconds += perf_counter() - begin
+
+    def settle(self):
+        """Give particles that start too close their distance, as the first step otherwise does."""
+        self.solver.integrator.settle()
 
     def run_stage(self, name):
         """One stage alone, on fresh neighbour lists."""

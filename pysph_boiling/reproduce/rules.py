@@ -79,7 +79,6 @@ def evaluate(scheme, stage, arrays, dt):
                 call(own, "initialize", pa, dt=dt)
                 for source in arrays:
                     reading = [equation for equation in own if source.name in (equation.sources or ())]
-                    call(reading, "initialize_pair", pa, source, dt=dt)
                     call(reading, "loop_all", pa, source, dt=dt, scale=scheme.kernel.radius_scale)
                     call(reading, "loop", pa, source, dt=dt, scale=scheme.kernel.radius_scale, pairs=True)
                 call(own, "post_loop", pa, dt=dt)

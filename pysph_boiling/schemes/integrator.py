@@ -13,7 +13,9 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.particles import fill, host
+from pysph_boiling.device import largest, values
+from pysph_boiling.particles import fill
+from pysph_boiling.schemes import ranks
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -84,8 +86,8 @@ class MotionLimits:
 
     def substeps(self, arrays, dt):
         """Into how many a step of ``dt`` [s] is split."""
-        speed = largest(arrays, ("u", "v", "w"))
-        acceleration = largest(arrays, ("au", "av", "aw"))
+        speed = fastest(arrays, ("u", "v", "w"))
+        acceleration = fastest(arrays, ("au", "av", "aw"))
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
@@ -95,9 +97,9 @@ class MotionLimits:
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN
 
 
-def largest(arrays, components):
-    """Largest length of a vector property over all arrays."""
-    return math.sqrt(max(float(np.max(sum(host(pa, name)**2 for name in components), initial=0.0)) for pa in arrays))
+def fastest(arrays, components):
+    """Largest length of a vector property over all arrays and ranks."""
+    return math.sqrt(ranks.largest(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays)))
 
 
 class PBFIntegrator(Integrator):
@@ -250,14 +252,18 @@ class PBFIntegrator(Integrator):
         if self.searched and (self.frozen or (self.skin > 0.0 and self.lists_hold())):
             self.wall_time["search"] += perf_counter() - start
             return
+        if self.parallel_manager:
+            self.parallel_manager.update()  # particles move to the ranks whose they are, ghosts are made anew
         with profile_ctx("nnps.update"):
             self.nnps.update()
-            if getattr(self.nnps, "cache", None) and self.arrays[0].gpu is None:
-                names = [pa.name for pa in self.nnps.particles]
-                for dest, source in self.pairs:
+            names = [pa.name for pa in self.nnps.particles]
+            for dest, source in self.pairs if getattr(self.nnps, "cache", None) else ():
+                if self.arrays[0].gpu is not None:
+                    self.nnps.get_nearest_particles_gpu(names.index(source), names.index(dest))
+                else:
                     self.nnps.set_context(names.index(source), names.index(dest))
                     self.nnps.current_cache.find_all_neighbors()
-        self.ghosts.search_done()
+        self.ghosts.search_done(self.parallel_manager)
         self.searched, self.searches = True, self.searches + 1
         if self.skin > 0.0:
             self.found = [(pa.uid.copy(), pa.x.copy(), pa.y.copy(), pa.z.copy()) for pa in self.arrays]
@@ -271,11 +277,11 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
-        fastest = max(float(np.max(np.abs(host(pa, "ae")), initial=0.0)) for pa in self.arrays)
-        wanted = max(1.0, dt / self.heat_limit - 1e-9, fastest * dt / self.step_limit - 1e-9)
-        if not (math.isfinite(fastest) and wanted <= MAX_SUBCYCLES):
+        rate = ranks.largest(max(largest(abs(values(pa, "ae"))) for pa in self.arrays))
+        wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
+        if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
-                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {fastest:.3g} "
+                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {rate:.3g} "
                              "J/(kg s)")
         return math.ceil(wanted)
 

@@ -43,7 +43,7 @@ class PBFScheme(Scheme):
                                    ``density=None`` gives a scene that stands still.
 
     Errors: ``ValueError`` that names the parameter, its value, range and unit, before any array is touched.
-    Limits: one MPI rank; a fixed time step; mirror domains are not supported.
+    Limits: a fixed time step; mirror domains are not supported; no periodic domain on several MPI ranks.
     """
 
     slots = ("density", "container", "viscosity")

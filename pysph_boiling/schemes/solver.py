@@ -26,6 +26,9 @@ from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.device import on_host, order_fluids, send
+from pysph_boiling.schemes import ranks
+
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
 # Sums may be reordered, which a vectorised sum over the neighbours needs; NaN and Inf keep their meaning. -O2 without
@@ -110,12 +113,14 @@ def vectorised():
             del CONFIG_OPTS["OMP_CFLAGS"], CONFIG_OPTS["OMP_LINK"]
 
 
-def build_side_by_side(arrays, equations, kernel, integrator, jobs=None):
+def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial"):
     """Fill PySPH's cache of compiled modules for these equations, ``jobs`` at a time (all cores if not given).
+
+    ``mode`` is "mpi" where sums go over several ranks.
 
     A failed build is not reported here: PySPH builds again, in the process that can raise the error.
     """
-    compiler = SPHCompiler(make_acceleration_evals(arrays, equations, kernel), integrator)
+    compiler = SPHCompiler(make_acceleration_evals(arrays, equations, kernel, mode), integrator)
     if compiler.backend != "cython" or "fork" not in multiprocessing.get_all_start_methods():
         return
     helpers = compiler.acceleration_eval_helpers
@@ -147,13 +152,19 @@ class StagedSolver(Solver):
         """
         if self.before_output is not None:
             self.before_output()
-        if self.disable_output or self.in_parallel:
-            super().dump_output()
+        with on_host(self.particles):
+            self._dump()
+
+    def _dump(self):
+        if self.disable_output:
             return
         path = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5"
         part, memory = path.with_suffix(".part"), io.BytesIO()
-        HDFOutput(self.detailed_output, self.output_only_real, None, self.compress_output).dump(
+        comm = self.comm if self.in_parallel else None  # with ranks, the first gathers and writes
+        HDFOutput(self.detailed_output, self.output_only_real, comm, self.compress_output).dump(
             memory, self.particles, self._get_solver_data())
+        if ranks.rank() > 0:
+            return
         try:
             part.write_bytes(memory.getbuffer())
             os.replace(part, path)
@@ -161,13 +172,26 @@ class StagedSolver(Solver):
             part.unlink(missing_ok=True)
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
+    def reorder_particles(self):
+        order_fluids(self.nnps, self.integrator.arrays)
+        self.integrator.searched = False
+
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
+        if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (
+                set(getattr(self.integrator, "stages", ())) - {"heat"}):
+            raise ValueError("on a device a periodic domain is for conduction at rest: elsewhere PySPH takes ghosts "
+                             "for particles there; leave out --opencl and --cuda")
+        if self.in_parallel and nnps.domain.manager.is_periodic:
+            raise ValueError("a periodic domain needs one rank: PySPH makes no periodic ghosts on several")
         if self.reach > 1.0:
             if nnps.domain.manager.is_periodic or self.in_parallel or any(pa.gpu is not None for pa in particles):
                 raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
             nnps.radius_scale *= self.reach
             nnps.domain.set_radius_scale(nnps.radius_scale)
+        send(particles)
         with vectorised():
-            if not self.in_parallel:
-                build_side_by_side(particles, equations, kernel or self.kernel, self.integrator)
+            if ranks.rank() == 0:
+                build_side_by_side(particles, equations, kernel or self.kernel, self.integrator,
+                                   mode="mpi" if self.in_parallel else "serial")
+            ranks.wait()
             super().setup(particles, equations, nnps, kernel, fixed_h)

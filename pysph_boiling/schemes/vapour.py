@@ -1,48 +1,71 @@
 """The vapour of a state on the host, grouped by bubble: what per-bubble sums and decisions work on.
 
 Only the vapour subset is touched, so the cost is that of the vapour. Equations label the bubbles and apply what is
-decided; between the two, one number a bubble is all that the host computes.
+decided; between the two, one number a bubble is all that the host computes, and all that ranks tell each other.
 """
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from pysph_boiling.particles import host
+from pysph_boiling.device import Subset, values
+from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 
-__all__ = ["Vapour"]
+__all__ = ["Vapour", "join_labels"]
 
 
 class Vapour:
     """The real vapour particles of fluid arrays with current labels.
 
-    ``label`` (bubbles,) sorted smallest uids; ``index`` (n,) bubble of each particle; ``n`` (bubbles,) particles.
+    ``label`` (bubbles,) sorted smallest uids; ``index`` (n,) bubble of each particle; ``n`` (bubbles,) particles. On
+    several ranks particles are those of this rank, bubbles those of all: sums and the like are over all ranks, which
+    must ask for them alike.
     """
 
     def __init__(self, arrays):
         self.arrays = list(arrays)
-        self.who = [np.flatnonzero(host(pa, "phase") == Phase.VAPOUR) for pa in self.arrays]
-        self.label, self.first, self.index, self.n = np.unique(
+        self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR) for pa in self.arrays]
+        here, self.first, index, n = np.unique(
             self.get("bubble"), return_index=True, return_inverse=True, return_counts=True)
+        self.label, self.here = ranks.union(here)  # ``here``: where this rank's bubbles stand among all
+        self.index = self.here[index]
+        self.n = ranks.total(np.bincount(self.here, weights=n, minlength=len(self.label)).astype(int))
 
     def __len__(self):
         return len(self.index)
 
     def get(self, name):
         """A property of the vapour particles, (n,)."""
-        return np.concatenate([host(pa, name)[who] for pa, who in zip(self.arrays, self.who)])
+        return np.concatenate([part.get(name) for part in self.parts])
 
-    def put(self, name, values, elsewhere=None):
+    def put(self, name, new, elsewhere=None):
         """Write a property of the vapour particles; ``elsewhere`` is what all other particles get, if given."""
-        ends = np.cumsum([len(who) for who in self.who])[:-1]
-        for pa, who, part in zip(self.arrays, self.who, np.split(np.broadcast_to(values, len(self)), ends)):
+        ends = np.cumsum([len(part) for part in self.parts])[:-1]
+        for part, share in zip(self.parts, np.split(np.broadcast_to(new, len(self)), ends)):
             if elsewhere is not None:
-                pa.get(name, only_real_particles=False)[:] = elsewhere
-            pa.get(name, only_real_particles=False)[who] = part
-            if pa.gpu is not None:
-                pa.gpu.push(name)
+                fill(part.pa, name, elsewhere)
+            part.put(name, share)
 
     def sum(self, values):
         """Sum per bubble, (bubbles,)."""
-        return np.bincount(self.index, weights=values, minlength=len(self.label))
+        return ranks.total(np.bincount(self.index, weights=values, minlength=len(self.label)))
+
+    def max(self, values, least=0.0):
+        """Largest per bubble, (bubbles,); ``least`` if all are smaller."""
+        most = np.full(len(self.label), least)
+        np.maximum.at(most, self.index, values)
+        return ranks.largest(most)
+
+    def of_first(self, values):
+        """Of values (n,) or (n, k), those of the first particle of each bubble, (bubbles,) or (bubbles, k)."""
+        found = np.zeros((len(self.label), *np.shape(values)[1:]))
+        order = np.full(len(self.label), -ranks.size())
+        order[self.here] = -ranks.rank()
+        mine = ranks.largest(order)[self.here] == -ranks.rank()
+        found[self.here[mine]] = values[self.first[mine]]
+        return ranks.total(found)
 
     def places(self, period=(0.0, 0.0, 0.0)):
         """(place, centroid): positions (n, 3) and mean positions (bubbles, 3) [m].
@@ -51,11 +74,41 @@ class Vapour:
         taken relative to one member, by the nearest image (a bubble must be shorter than half a period).
         """
         place = np.stack([self.get(name) for name in ("x", "y", "z")], -1)
-        anchor = place[self.first][self.index]
+        first = self.of_first(place)
+        anchor = first[self.index]
         offset = place - anchor
         for axis, length in enumerate(period):
             if length > 0.0:
                 offset[:, axis] -= length * np.round(offset[:, axis] / length)
         place = anchor + offset
         mean = np.stack([self.sum(offset[:, axis]) for axis in range(3)], -1) / np.maximum(self.n, 1)[:, None]
-        return place, place[self.first] + mean
+        return place, first + mean
+
+
+def join_labels(arrays, radius):
+    """Give the parts of a bubble that lie on several ranks one label, the smallest uid of all of them.
+
+    Each rank has labelled its own parts, and its ghosts carry the labels of their owners. Vapour nearer than ``radius``
+    [m] to vapour of another rank makes a pair of labels; all ranks learn all pairs, and each joins them.
+    """
+    if ranks.size() == 1:
+        return
+    (pa,) = arrays  # as the labels demand
+    n, label, phase, *place = (pa.get_number_of_particles(True), *(
+        pa.get(name, only_real_particles=False) for name in ("bubble", "phase", "x", "y", "z")))
+    vapour, place = np.flatnonzero(phase == Phase.VAPOUR), np.stack(place, -1)
+    here, there = vapour[vapour < n], vapour[vapour >= n]
+    pairs = np.zeros((0, 2), label.dtype)
+    if len(here) and len(there):
+        near = cKDTree(place[here]).sparse_distance_matrix(cKDTree(place[there]), radius, output_type="ndarray")
+        near = near[near["v"] < radius]
+        pairs = np.unique(np.stack([label[here[near["i"]]], label[there[near["j"]]]], -1), axis=0)
+    pairs, _ = ranks.gather(pairs)
+    names, index = np.unique(pairs, return_inverse=True)
+    if len(names) == 0:
+        return
+    a, b = index.reshape(-1, 2).T
+    graph = coo_matrix((np.ones(len(a), bool), (a, b)), shape=(len(names),) * 2)
+    _, first, part = np.unique(connected_components(graph, directed=False)[1], return_index=True, return_inverse=True)
+    joined = vapour[np.isin(label[vapour], names)]
+    label[joined] = names[first[part]][np.searchsorted(names, label[joined])]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from harness import Evaluator, random_cloud
+from harness import Evaluator, host_only, random_cloud
 from pysph.base.nnps import DomainManager
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from scipy.sparse import csr_array
@@ -216,6 +216,7 @@ def table(*arrays, dim=2, period=(0.0, 0.0, 0.0)):
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
 
+@host_only
 def test_table_of_four_points_in_a_square():
     T = WATER.T_sat + np.array([-10.0, 5.0, 0.0, -2.0])  # superheated vapour does not make up for the deficit
     bubbles = table(vapour(SQUARE + [3.0, 1.0, 0.5], 7, m=[1.0, 2.0, 3.0, 4.0], T=T))
@@ -231,6 +232,7 @@ def test_equivalent_radius_is_that_of_a_sphere_in_3d():
     assert bubbles.equivalent_radius == pytest.approx(np.cbrt(4.5 / np.pi), rel=1e-15)
 
 
+@host_only
 def test_table_of_several_bubbles_in_two_arrays():
     """Rows are sorted by label; liquid is left out; a bubble may lie in both arrays."""
     first = vapour(SQUARE, [5, 2, 2, NO_BUBBLE], phase=[VAPOUR, VAPOUR, VAPOUR, Phase.LIQUID])
@@ -242,6 +244,7 @@ def test_table_of_several_bubbles_in_two_arrays():
     np.testing.assert_allclose(bubbles.mean_radius[:2], [2.0 / 3.0, 0.0], atol=1e-15)
 
 
+@host_only
 @pytest.mark.parametrize("axis", [0, 1])
 def test_table_of_a_bubble_across_a_periodic_border(axis):
     length, shift = 10.0, np.eye(3)[axis] * 9.5

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from compiled.test_density_constraint import Kernels, close, pairs, vectors
-from harness import random_cloud
+from harness import OPTIONS, random_cloud
 from pysph.base.kernels import CubicSpline
 from pysph.base.nnps import DomainManager
 from sets import scheme
@@ -279,7 +279,7 @@ def slab_run(tmp_path_factory):
         folder = tmp_path_factory.mktemp("slab")
         app = HeatedSlab(output_dir=str(folder))
         app.check_final = lambda: None
-        app.run(["--duration", "20", "--no-pictures", "--openmp", *options])
+        app.run(["--duration", "20", "--no-pictures", *OPTIONS, *options])
         return app.ledger.table(), folder
 
     return run

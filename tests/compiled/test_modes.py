@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from harness import Stepper
+from harness import OPTIONS, Stepper
 from pysph.base.nnps import DomainManager
 from pysph.solver.tools import Tool
 from sets import BOIL
@@ -365,7 +365,7 @@ def runs(tmp_path_factory):
     finished = {}
     for mode in MODES:
         finished[mode] = Watched(output_dir=str(tmp_path_factory.mktemp(mode)))
-        finished[mode].run([*SMALL, "--mode", mode, "--no-pictures", "--openmp"])
+        finished[mode].run([*OPTIONS, *SMALL, "--mode", mode, "--no-pictures"])
     return finished
 
 

@@ -69,7 +69,7 @@ class Bubbles:
         self.scheme = make_scheme(dim, v_exp, **oscillation)
         self.scene, self.effect = self.scheme.scene(), self.scheme.effects["oscillation"]
         common = dict(spacing=DX, dim=dim, rho0=WATER.rho_l)
-        self.fluid, self.wall = fluid_array(points, **common), fluid_array([(9.0, 9.0, 0.0)], name="wall", **common)
+        self.fluid, self.wall = fluid_array(points, **common), fluid_array([(2.0, 2.0, 0.0)], name="wall", **common)
         set_up(self.scheme, self.fluid, self.wall)
         self.fluid.m[:] *= m
         self.fluid.bubble[:] = label
@@ -189,7 +189,7 @@ def test_displacement_equals_the_reference(dim, form, gradient, longest):
                           bounds=band(label) if form == "band" else relative(label, m, dim))
     moved = {b for b in (7, 3, 30, 60) if np.any(want[label == b])}
     assert len(moved) >= 2 and 60 not in moved and len(cut) >= 2 * (longest < 1.0)
-    bubbles.fluid.push[:] = 1.0  # what was there before is no matter
+    bubbles.fluid.thrust[:] = 1.0  # what was there before is no matter
     got = bubbles.push()
     np.testing.assert_allclose(got, want, rtol=1e-10, atol=ROUND_OFF * DX)
     np.testing.assert_allclose(vectors(bubbles.fluid, "sx", "sy", "sz"), want, rtol=1e-10, atol=ROUND_OFF * DX)
@@ -496,7 +496,7 @@ def record(stepper):
 @pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first step, while the jitter is pressed out
 def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=0.5, upper=2.0, sweeps=2)
-    stepper.solver.integrator.settle()
+    stepper.settle()
     calls = record(stepper)
     stepper.step()
     assert calls == ["heat", "phases", "bubbles", "density", "forces"]

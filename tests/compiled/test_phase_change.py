@@ -14,7 +14,7 @@ from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import EDGES, Phase, temperature
 
-DX, N = 0.01, 192  # spacing [m], cases
+DX, N, ROW = 0.01, 192, 16  # spacing [m], cases, cases side by side
 L, T_SAT = WATER.L, WATER.T_sat
 PITCH, NEAR, FAR = 10.0 * DX, 1.0 * DX, 5.0 * DX
 SETTING = {"hold": "states_hold", "convert": "states"}
@@ -44,7 +44,8 @@ class Cases:
     def __init__(self, interrupt, *, dim=2, **changes):
         self.hold = interrupt == "hold"
         points = np.zeros((N, 3))
-        points[:, 0] = PITCH * np.arange(N)
+        points[:, 0] = PITCH * (np.arange(N) % ROW)  # in rows: a device's search takes memory by the square of a length
+        points[:, 1] = -2.0 * PITCH * (np.arange(N) // ROW)
         kwargs = dict(spacing=DX, dim=dim, rho0=WATER.rho_l)
         self.pa = fluid_array(np.concatenate([points, points]), **kwargs)  # the cases, then their vapour
         self.sites = site_array(points, reach=2.4 * DX, spacing=DX)

@@ -84,7 +84,7 @@ OWNS = {
     "drag": ("BubbleDrag", "", "", ""),
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
     "expansion": ("BubbleSwell", "swell", "", "rest_volume"),
-    "oscillation": ("BubbleOscillation", "bcx bcy bcz bdx bdy bdz push", "pushes oscillation_dt n_pushed n_push_cut",
+    "oscillation": ("BubbleOscillation", "bcx bcy bcz bdx bdy bdz thrust", "pushes oscillation_dt n_pushed n_push_cut",
                     "n_pushed n_push_cut"),
     "venting": ("VentingFilm VentingFree VentingRelease", "film covered free",
                 "energy_vented mass_vented n_vented n_bubbles_vented", "energy_lid n_vented n_bubbles_vented"),

@@ -23,7 +23,8 @@ INTEGER_TYPES = ("int", "long", "unsigned int", "unsigned long", "uint", "ulong"
 # OpenCL built-ins and keywords, and macros of PySPH's generated code.
 RESERVED = set(
     "dot cross length distance mix step sign clamp half pi normalize "
-    "kernel global local constant private uint ulong KERNEL GRADIENT GRADH DWDQ".split()
+    "kernel global local constant private uint ulong KERNEL GRADIENT GRADH DWDQ "
+    "new delete class template this typename namespace operator public protected virtual friend".split()  # C++: CUDA
 )
 # Nodes that compyle handles within their parents.
 SYNTAX = {ast.Constant, ast.Load, ast.Store, ast.arguments, ast.arg, ast.keyword, ast.Tuple}
@@ -39,6 +40,7 @@ RULES = {
     "declare": "a declare(...) has a line of its own at the top level of a function, and literal types",
     "loop-index": "an undeclared loop index is a double in Cython",
     "cast": "int(), float() and bool() do not exist in C; use cast(x, 'int')",
+    "loop-limit": "range(self.n) does not translate to OpenCL: assign it to a name first",
     "mixed-minmax": "min(1, x) is ambiguous on OpenCL; write min(1.0, x)",
     "one-statement": "one statement a line: Cython code is made line by line",
     "def-line": "a signature ends its line with ':', or Cython drops the statements after it",
@@ -281,6 +283,8 @@ def check_device(file, fn, integer_attributes):
             rule = "cast"
         elif isinstance(n, ast.Call) and n.keywords:
             rule = "keyword-argument"
+        elif called(n, "range") and any(is_self(a) for a in n.args):
+            rule = "loop-limit"
         elif called(n, "min", "max") and len({is_int(a) for a in n.args}) > 1:
             rule = "mixed-minmax"
         elif isinstance(n, ast.BinOp) and isinstance(n.op, ast.Div) and is_int(n.left) and is_int(n.right):
@@ -396,7 +400,8 @@ class LintProbe(LintBase):
         i, j = declare('int', 2)
         q = declare('matrix(3)')
         low = 0.0 if RIJ > 0.5 else 1.0
-        for i in range(self.n):
+        j = self.n
+        for i in range(j):
             q[i] = self.k / 2
         if RIJ > 0.0 and RIJ < 1.0:
             d_a[d_idx] += self.scale * max(low, s_m[s_idx]) * WIJ * q[0] * M_PI
@@ -427,6 +432,7 @@ BREAKS = [  # rule, what to replace in CLEAN, by what
     ("coerced-attribute", "self.k = float(k)", "self.k = None"),
     ("coerced-attribute", "if n else 0.5", "if n else 1"),
     ("coerced-attribute", "value) -> float:", "value):"),
+    ("loop-limit", "range(j)", "range(self.n)"),
     ("integer-division", "self.k / 2", "self.n / 2"),
     ("integer-division", "k + seed*40503", "k / 2"),
     ("integer-division", "low = 0.0", "low = 1 / 2"),
@@ -437,6 +443,7 @@ BREAKS = [  # rule, what to replace in CLEAN, by what
     ("reserved-name", STEP, "        length = dt\n"),
     ("reserved-name", "d_u, dt", "d_u, half, dt"),
     ("reserved-name", "seed", "sign"),
+    ("reserved-name", "low", "new"),
     ("declare", "i, j = declare('int', 2)", "i, j = declare(\n            'int', 2)"),
     ("declare", STEP, "        if dt > 0.0:\n            k = declare('int')\n"),
     ("declare", "q = declare('matrix(3)')", "q = declare(size)"),

@@ -8,8 +8,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pysph_boiling.device import counted, values
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
@@ -145,7 +147,7 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
-    on_device: ClassVar[bool] = False  # whether it was shown to run on OpenCL
+    on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
 
     @property
     def removes_particles(self):
@@ -218,28 +220,28 @@ class Effect:
 
 
 def constant(arrays, name):
-    """Sum of a constant over all arrays, and over its entries."""
+    """Sum of a constant over all arrays, and over its entries; constants are the same on all ranks."""
     return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
 
 
 def total(arrays, name, carried=True):
-    """Sum of a property over the real particles of all arrays, with what removed particles took along."""
+    """Sum of a property over the real particles of all arrays and ranks, with what removed particles took along."""
     value = 0.0
     for pa in arrays:
-        value += float(np.sum(host(pa, name), dtype=float))
+        value += ranks.total(float(np.sum(host(pa, name), dtype=float)))
         if carried and f"carried_{name}" in pa.constants:
             value += float(pa.constants[f"carried_{name}"].get_npy_array()[0])
     return value
 
 
 def gather(arrays, name):
-    """A property of the real particles of all arrays, in one array."""
+    """A property of this rank's real particles of all arrays, in one array."""
     return np.concatenate([host(pa, name) for pa in arrays])
 
 
 def any_vapour(arrays):
-    """Whether there is any vapour."""
-    return any(bool(np.any(host(pa, "phase") == Phase.VAPOUR)) for pa in arrays)
+    """Whether there is any vapour on any rank."""
+    return ranks.anywhere(any(counted(values(pa, "phase") == Phase.VAPOUR) > 0 for pa in arrays))
 
 
 def cumulative(name, unit, meaning, prop):

@@ -7,6 +7,7 @@ import numpy as np
 
 from pysph_boiling.equations import bubble_groups, buoyancy, surface_tension
 from pysph_boiling.particles import Property
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, any_vapour, param
 from pysph_boiling.schemes.stages import Term
 
@@ -65,8 +66,13 @@ class BubbleLabels(Effect):
 
     def hooks(self, scene):
         from pysph_boiling.analysis.bubbles import store_sizes
+        from pysph_boiling.schemes.vapour import join_labels
 
-        return {"bubbles.label": store_sizes}
+        def whole_bubbles(arrays):
+            join_labels(arrays, scene.bubble_radius(self.link_radius))
+            store_sizes(arrays)
+
+        return {"bubbles.start": own_roots, "bubbles.label": whole_bubbles}
 
     def terms(self, scene, fluid):
         yield Term("bubbles.start", bubble_groups.BubbleStart(fluid, None))
@@ -76,6 +82,15 @@ class BubbleLabels(Effect):
         yield Term("bubbles.shortcut", bubble_groups.BubbleShortcut(fluid, None))
         yield Term("bubbles.check", bubble_groups.BubbleCheck(fluid, None))
         yield Term("bubbles.label", bubble_groups.BubbleLabel(fluid, None))
+
+
+def own_roots(arrays):
+    """Ghosts of other ranks are roots of their own: a label may end at one, and never leads on from there."""
+    if ranks.size() > 1:
+        for pa in arrays:
+            n, total = pa.get_number_of_particles(True), pa.get_number_of_particles()
+            for name in ("parent", "grandparent"):
+                pa.get(name, only_real_particles=False)[n:] = np.arange(n, total)
 
 
 @dataclass(frozen=True, kw_only=True)

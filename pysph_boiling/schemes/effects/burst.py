@@ -4,9 +4,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import largest, summed, values
 from pysph_boiling.equations import dynamic_nucleation
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
@@ -117,12 +119,10 @@ class DynamicNucleation(Effect):
         def enough(arrays):
             heat, hottest = 0.0, 0.0
             for pa in arrays:
-                hot = host(pa, "phase") == Phase.SUPERHEATED
-                if hot.any():
-                    e = host(pa, "e")[hot]
-                    heat += float(np.dot(host(pa, "m")[hot], e))
-                    hottest = max(hottest, float(e.max()))
-            return heat >= least and hottest >= e_crit
+                e, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED
+                heat += summed(values(pa, "m") * e, hot)
+                hottest = max(hottest, largest(e, hot))
+            return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
 
         return {"burst": enough}
 

@@ -50,18 +50,28 @@ class Condensation(Effect):
         return (cumulative("n_condensed", "-", "particles condensed since the start", "condensed"),)
 
     def hooks(self, scene):
+        from pysph_boiling.schemes import ranks
         from pysph_boiling.schemes.integrator import set_constant
         from pysph_boiling.schemes.vapour import Vapour
 
         def decide(arrays):
             if any(pa.relabel[0] > 0.0 for pa in arrays):
                 return  # the second pass labels what is left, and no more
-            vapour = Vapour(arrays)
-            key = draw(vapour.get("uid"), self.seed, STREAM, int(arrays[0].steps[0]))
-            fate, deficit = choose(vapour.index, vapour.get("m"), vapour.get("e"), key, scene.material.L)
-            if fate.any():
-                vapour.put("condensing", fate)
-                vapour.put("deficit", deficit)
+            vapour, L = Vapour(arrays), scene.material.L
+            m, e = vapour.get("m"), vapour.get("e")
+            lightest = -vapour.max(-m, least=-np.inf)
+            enough = vapour.sum(m * np.maximum(L - e, 0.0)) >= 0.999 * L * lightest  # below: sums differ by round-off
+            who = np.flatnonzero(enough[vapour.index])
+            if not enough.any():
+                return
+            uid, own = ranks.gather(vapour.get("uid")[who])  # a bubble chooses as a whole, wherever its particles are
+            key = draw(uid, self.seed, STREAM, int(arrays[0].steps[0]))
+            chosen = choose(*(ranks.gather(values[who])[0] for values in (vapour.index, m, e)), key, L)
+            if chosen[0].any():
+                for name, values in zip(("condensing", "deficit"), chosen):
+                    everywhere = np.zeros(len(vapour), values.dtype)
+                    everywhere[who] = values[own]
+                    vapour.put(name, everywhere)
                 for pa in arrays:
                     set_constant(pa, "relabel", 1.0)
 

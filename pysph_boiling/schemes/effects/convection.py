@@ -2,11 +2,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from pysph_boiling.device import counted, summed, values
 from pysph_boiling.equations import convection
 from pysph_boiling.particles import Property
-from pysph_boiling.schemes.effects.base import Effect, gather, param
+from pysph_boiling.schemes import ranks
+from pysph_boiling.schemes.effects.base import Effect, param
+from pysph_boiling.schemes.integrator import set_constant
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Convection"]
@@ -49,13 +50,12 @@ class Convection(Effect):
         k_wet = scene.effects["heat"].k_wet(scene.material)
 
         def mean_temperature(arrays):
-            wet = gather(arrays, "k") >= k_wet
-            if wet.any():
-                mean = np.mean(gather(arrays, "T")[wet])
+            wet = [values(pa, "k") >= k_wet for pa in arrays]
+            n = ranks.total(sum(map(counted, wet)))
+            if n:
+                mean = ranks.total(sum(summed(values(pa, "T"), where) for pa, where in zip(arrays, wet))) / n
                 for pa in arrays:
-                    pa.convection_T[0] = mean
-                    if pa.gpu is not None:
-                        pa.gpu.push("convection_T")
+                    set_constant(pa, "convection_T", mean)
 
         return {"heat.update": mean_temperature} if self.form == "boussinesq" and self.T_ref is None else {}
 

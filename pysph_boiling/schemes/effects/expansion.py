@@ -6,6 +6,7 @@ import numpy as np
 
 from pysph_boiling.equations import expansion
 from pysph_boiling.particles import Property
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, gather, param
 from pysph_boiling.schemes.stages import Term
 
@@ -37,7 +38,7 @@ class Expansion(Effect):
 
     def columns(self, scene):
         def volume(arrays, scene):
-            return float(np.sum(gather(arrays, "m") * gather(arrays, "swell"))) / scene.rho0
+            return ranks.total(float(np.sum(gather(arrays, "m") * gather(arrays, "swell")))) / scene.rho0
 
         return (Column("rest_volume", "m^dim", "rest volume of liquid and vapour", volume),)
 

@@ -8,6 +8,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import heat
 from pysph_boiling.particles import Property
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
 from pysph_boiling.schemes.stages import Term
 
@@ -59,10 +60,14 @@ class HeatConduction(Effect):
         return ()
 
     def columns(self, scene):
-        return (
-            Column("T_mean", "K", "mean temperature", lambda arrays, scene: float(np.mean(gather(arrays, "T")))),
-            Column("T_max", "K", "highest temperature", lambda arrays, scene: float(np.max(gather(arrays, "T")))),
-        )
+        def mean(arrays, scene):
+            T = gather(arrays, "T")
+            return ranks.total(float(np.sum(T))) / ranks.total(len(T))
+
+        def highest(arrays, scene):
+            return ranks.largest(float(np.max(gather(arrays, "T"), initial=0.0)))
+
+        return (Column("T_mean", "K", "mean temperature", mean), Column("T_max", "K", "highest temperature", highest))
 
     def step_limit(self, scene):
         """Explicit limit of the heat step [s] over the phases present."""

@@ -42,7 +42,6 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
-    on_device: ClassVar[bool] = True
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1)
     max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1)
     tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
@@ -192,7 +191,6 @@ class BoxContainer(Effect):
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
-    on_device: ClassVar[bool] = True
     requires: ClassVar[tuple[str, ...]] = ("density",)
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
     upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
@@ -239,7 +237,6 @@ class CylinderContainer(Effect):
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "cylinder container"
-    on_device: ClassVar[bool] = True
     requires: ClassVar[tuple[str, ...]] = ("density",)
     centre: tuple = param((0.0, 0.0), "m", "axis position (x, y); only x counts in 2-D")
     radius: float = param(1.0, "m", "inner radius", above=0.0)
@@ -286,7 +283,6 @@ class XSPHViscosity(Effect):
 
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
-    on_device: ClassVar[bool] = True
     requires: ClassVar[tuple[str, ...]] = ("density",)
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
                         "0.7 sqrt(|g|/spacing) if not given", low=0.0)

@@ -5,9 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import largest, values
 from pysph_boiling.equations import oscillation
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
 from pysph_boiling.schemes.stages import Term
@@ -98,7 +100,7 @@ class Oscillation(Effect):
     def properties(self, scene):
         rows = [Property(name, "m", "centre of its bubble") for name in ("bcx", "bcy", "bcz")]
         rows += [Property(name, "-", "mean direction from the centre of its bubble") for name in ("bdx", "bdy", "bdz")]
-        rows.append(Property("push", "kg m", "mass times displacement along its direction"))
+        rows.append(Property("thrust", "kg m", "mass times displacement along its direction"))
         if self.form == "hysteresis":
             rows.append(Property("aim", "-", "target radius of its bubble over that at rest; negative while it shrinks",
                                  state=True))
@@ -177,8 +179,7 @@ class Oscillation(Effect):
         w, span = 1.0 / vapour.get("m"), np.linalg.norm(direction - mean[vapour.index], axis=1)
         squares = vapour.sum(w * span**2) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
         push = self.omega * gap / (squares * vapour.n)
-        reach = np.zeros(len(gap))
-        np.maximum.at(reach, vapour.index, w * span)
+        reach = vapour.max(w * span)
         most = self.longest * scene.spacing / self.sweeps
         cut = np.abs(push) * reach > most
         push[cut] = np.sign(push[cut]) * most / reach[cut]
@@ -186,7 +187,7 @@ class Oscillation(Effect):
         for axis, letter in enumerate("xyz"):
             vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
             vapour.put(f"bd{letter}", mean[vapour.index, axis])
-        vapour.put("push", push[vapour.index])
+        vapour.put("thrust", push[vapour.index])
         arrays[0].n_pushed[0] += np.count_nonzero(gap)
         arrays[0].n_push_cut[0] += np.count_nonzero(cut)
         for pa in arrays:
@@ -222,7 +223,7 @@ class Oscillation(Effect):
         """
         aim = vapour.get("aim")
         if not first:
-            return np.abs(aim[vapour.first])
+            return np.abs(vapour.of_first(aim))
         lower, upper = self.bounds()
         sense = np.where(vapour.sum(np.sign(aim)) < 0.0, -1.0, 1.0)
         agree = aim * sense[vapour.index] > 0.0
@@ -278,8 +279,8 @@ class Oscillation(Effect):
         _, centre = vapour.places()
         top = self.surface
         if top is None:
-            top = max((float(np.max(height(pa, up)[host(pa, "phase") != Phase.VAPOUR], initial=-math.inf))
-                       for pa in arrays), default=-math.inf)
+            top = ranks.largest(max((largest(height(pa, up), values(pa, "phase") != Phase.VAPOUR, -math.inf)
+                                     for pa in arrays), default=-math.inf))
         return self.pressure + scene.rho0 * scene.g * np.maximum(top - centre @ up, 0.0)
 
 
@@ -290,12 +291,14 @@ def sphere_radius(volume):
 
 def height(pa, up):
     """Height of the real particles of an array [m]."""
-    return sum(component * host(pa, axis) for component, axis in zip(up, "xyz"))
+    return sum(component * values(pa, axis) for component, axis in zip(up, "xyz"))
 
 
 def periods(arrays, spacing):
     """Length of the domain along each axis [m], 0 where it is not periodic: how far ghosts are from their originals."""
     lengths = np.zeros(3)
+    if ranks.size() > 1:  # ghosts are particles of other ranks then, and no domain is periodic
+        return lengths
     for pa in arrays:
         n = pa.get_number_of_particles(True)
         if pa.get_number_of_particles() > n:

@@ -4,9 +4,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import counted, values
 from pysph_boiling.equations import nucleation, phase_change
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, gather, param
 from pysph_boiling.schemes.stages import Term
 
@@ -40,11 +42,11 @@ class PhaseChange(Effect):
 
     def columns(self, scene):
         def count(phase):
-            return lambda arrays, scene: float(np.count_nonzero(gather(arrays, "phase") == phase))
+            return lambda arrays, scene: float(ranks.total(np.count_nonzero(gather(arrays, "phase") == phase)))
 
         def energy(phase):
-            return lambda arrays, scene: float(np.sum(
-                (gather(arrays, "m") * gather(arrays, "e"))[gather(arrays, "phase") == phase]))
+            return lambda arrays, scene: ranks.total(float(np.sum(
+                (gather(arrays, "m") * gather(arrays, "e"))[gather(arrays, "phase") == phase])))
 
         columns = []
         for phase in Phase:
@@ -62,7 +64,8 @@ class PhaseChange(Effect):
 
     def conditions(self, scene):
         def hot(arrays):
-            return any(bool(np.any(host(pa, "e") >= 0.0) or np.any(host(pa, "phase") != Phase.LIQUID)) for pa in arrays)
+            return ranks.anywhere(any(
+                counted((values(pa, "e") >= 0.0) | (values(pa, "phase") != Phase.LIQUID)) > 0 for pa in arrays))
 
         return {"phases": hot}
 
@@ -85,7 +88,7 @@ class PhaseChange(Effect):
 def hidden_heat(arrays, scene):
     """Held latent heat of superheated particles [J]."""
     held = np.minimum(gather(arrays, "e"), gather(arrays, "e_lat")) * gather(arrays, "m")
-    return float(np.sum(held[gather(arrays, "phase") == Phase.SUPERHEATED]))
+    return ranks.total(float(np.sum(held[gather(arrays, "phase") == Phase.SUPERHEATED])))
 
 
 @dataclass(frozen=True, kw_only=True)

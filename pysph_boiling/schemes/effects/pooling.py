@@ -4,8 +4,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from pysph_boiling.device import Subset, values
 from pysph_boiling.equations import pooling
-from pysph_boiling.particles import NO_BUBBLE, Property, host
+from pysph_boiling.particles import NO_BUBBLE, Property, fill
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour
@@ -68,27 +70,29 @@ class Pools:
     def share(self, arrays):
         """Write ``pooled``."""
         (pa,) = arrays  # as the labels demand
-        pa.get("pooled", only_real_particles=False)[:] = -1.0
-        joined = host(pa, "joined")
-        who = np.flatnonzero(joined != NO_BUBBLE)
-        if len(who) and not self.again:
+        fill(pa, "pooled", -1.0)
+        members = Subset(pa, values(pa, "joined") != NO_BUBBLE)
+        if ranks.anywhere(len(members)) and not self.again:
             vapour, L = Vapour(arrays), self.scene.material.L
             centroid = vapour.places()[1]
-            index = np.searchsorted(vapour.label, joined[who])
-            place = np.stack([host(pa, name)[who] for name in ("x", "y", "z")], -1)
-            distance2 = np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2
+            index = np.searchsorted(vapour.label, members.get("joined"))
+            place = np.stack([members.get(name) for name in ("x", "y", "z")], -1)
             # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
-            order = np.lexsort((host(pa, "uid")[who], np.round(distance2, 9), index))
-            for pool in np.split(who[order], np.flatnonzero(np.diff(index[order])) + 1):
-                m, e = host(pa, "m")[pool], host(pa, "e")[pool]
+            distance2 = np.round(np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2, 9)
+            index, own = ranks.gather(index)  # a pool is shared by a whole bubble, wherever its liquid is
+            distance2, uid, mass, enthalpy = (ranks.gather(part)[0] for part in (
+                distance2, *(members.get(name) for name in ("uid", "m", "e"))))
+            order = np.lexsort((uid, distance2, index))
+            pooled = np.empty(len(order))
+            for pool in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
+                m, e = mass[pool], enthalpy[pool]
                 heat, price = float(np.sum(m * e)), np.cumsum(m * L)
                 n = int(np.searchsorted(price, heat, side="right"))
                 if n == len(pool):
-                    pa.pooled[pool] = heat / np.sum(m)
+                    pooled[pool] = heat / np.sum(m)
                 else:
-                    pa.pooled[pool[:n]] = L
-                    pa.pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
+                    pooled[pool[:n]] = L
+                    pooled[pool[n:]] = (heat - (price[n - 1] if n else 0.0)) / np.sum(m[n:])
                 if n:
                     pa.relabel[0] = 1.0
-        if pa.gpu is not None:
-            pa.gpu.push("pooled")
+            members.put("pooled", pooled[own])

@@ -8,6 +8,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase, enthalpy
+from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
 
 __all__ = ["Refill", "RefillTool"]
@@ -81,14 +82,20 @@ class RefillTool(Tool):
         n = len(places)
         if n == 0:
             return
-        values = dict(zip("xyz", places.T), m=mass, h=scene.h, rho=scene.rho0, e=self.e_feed, T=self.T_feed,
-                      phase=int(Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID), bubble=NO_BUBBLE, swell=1.0,
-                      uid=np.arange(n) + int(pa.refill_uid[0]))
-        kinds = {name: pa.properties[name].get_npy_array().dtype for name in values if name in pa.properties}
-        pa.add_particles(**{name: np.broadcast_to(values[name], n).astype(kind) for name, kind in kinds.items()})
+        if ranks.rank() == 0:  # all ranks know what comes in; it moves to its own rank with the next search
+            self.add(pa, places)
         for name, value in (("refill_due", -n * mass), ("refill_uid", n), ("n_refilled", n),
                             ("mass_refilled", n * mass), ("energy_refilled", n * mass * self.e_feed)):
             pa.constants[name].get_npy_array()[0] += value
+
+    def add(self, pa, places):
+        """Add liquid at rest at ``places`` (n, 3) [m]."""
+        scene, n = self.scene, len(places)
+        values = dict(zip("xyz", places.T), m=scene.particle_mass, h=scene.h, rho=scene.rho0, e=self.e_feed,
+                      T=self.T_feed, phase=int(Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID),
+                      bubble=NO_BUBBLE, swell=1.0, uid=np.arange(n) + int(pa.refill_uid[0]))
+        kinds = {name: pa.properties[name].get_npy_array().dtype for name in values if name in pa.properties}
+        pa.add_particles(**{name: np.broadcast_to(values[name], n).astype(kind) for name, kind in kinds.items()})
 
     def places(self, arrays, n, random):
         """Up to ``n`` positions (n, 3) [m], each one spacing above the liquid below it."""
@@ -102,12 +109,19 @@ class RefillTool(Tool):
         found = []
         for _ in range(n):
             best = None
-            for column in self.columns(random):
+            columns = list(self.columns(random))
+            top, vapour = np.full(len(columns), -math.inf), np.zeros(len(columns))
+            for number, column in enumerate(columns):
                 under = np.flatnonzero(np.sum((points[:, :axis] - column[:axis]) ** 2, axis=1) < dx * dx)
-                top = under[np.argmax(points[under, axis])] if len(under) else None
-                if top is not None and not liquid[top]:
+                if len(under):
+                    highest = under[np.argmax(points[under, axis])]
+                    top[number], vapour[number] = points[highest, axis], not liquid[highest]
+            own, top = top, ranks.largest(top)
+            vapour = ranks.largest(np.where(own == top, vapour, 0.0))
+            for column, height, closed in zip(columns, top, vapour):
+                if closed:
                     continue
-                column[axis] = lower[axis] if top is None else points[top, axis] + dx
+                column[axis] = lower[axis] if height == -math.inf else height + dx
                 if column[axis] <= upper[axis] and (best is None or column[axis] < best[axis]):
                     best = column
             if best is None:

@@ -25,6 +25,7 @@ class SiteStorage(Effect):
 
     slot: ClassVar[str] = "storage"
     title: ClassVar[str] = "storage of latent heat in sites"
+    on_ranks: ClassVar[bool] = False  # particles know their site by its place in the array, and ranks differ in that
     requires: ClassVar[tuple[str, ...]] = ("phases", "nucleation")
     rate: float = param(None, "1/s", "rate at which liquid pays its excess into a site; that of conduction to its "
                                      "2 dim nearest neighbours if not given", low=0.0)

@@ -5,10 +5,12 @@ from typing import ClassVar
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.device import Subset, largest, values
 from pysph_boiling.equations import venting
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
+from pysph_boiling.schemes import ranks
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Venting", "VentingTool"]
@@ -90,49 +92,47 @@ class VentingTool(Tool):
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
-        if not any(bool(np.any(pa.get("free", only_real_particles=True) >= self.effect.steps)) for pa in arrays):
+        if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.steps for pa in arrays)):
             return
-        label, free = gather(arrays, "bubble"), gather(arrays, "free")
-        bubble = (label != NO_BUBBLE) & (gather(arrays, "phase") == Phase.VAPOUR)
-        names, index, size = np.unique(label[bubble], return_inverse=True, return_counts=True)
-        released = np.bincount(index, weights=free[bubble] >= self.effect.steps, minlength=len(names))
+        bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR))
+                   for pa in arrays]
+        labels = [part.get("bubble") for part in bubbles]
+        here, index = np.unique(np.concatenate(labels), return_inverse=True)
+        names, place = ranks.union(here)
+        index = place[index]
+        size = ranks.total(np.bincount(index, minlength=len(names)))
+        free = np.concatenate([part.get("free") for part in bubbles])
+        released = ranks.total(np.bincount(index, weights=free >= self.effect.steps, minlength=len(names)))
         surface = size ** (1.0 - 1.0 / self.scheme.dim)
         leaving = (released > 0) & (released >= self.effect.share * surface)
         if not leaving.any():
             return
-        gone = np.zeros(len(label), bool)
-        gone[bubble] = leaving[index]
         sizes = size[leaving]
         self.events += [(solver.t + solver.dt, int(n)) for n in sizes]
-        first = 0
-        for number, pa in enumerate(arrays):
-            n = pa.get_number_of_particles(True)
-            self._vent(pa, np.flatnonzero(gone[first:first + n]))
-            if number == 0:
-                pa.n_bubbles_vented[0] += len(sizes)
-            first += n
+        arrays[0].n_bubbles_vented[0] += len(sizes)
+        for part, label in zip(bubbles, labels):
+            self._vent(part.pa, part.only(np.isin(label, names[leaving])))
 
-    def _vent(self, pa, who):
-        if len(who) == 0:
+    def _vent(self, pa, gone):
+        n = ranks.total(len(gone))
+        if n == 0:
             return
-        m, e = pa.m[who], pa.e[who]
-        pa.n_vented[0] += len(who)
+        m, e = gone.get("m"), gone.get("e")
+        pa.n_vented[0] += n
         if self.effect.mode == "lid":
-            pa.energy_vented[0] += float(np.sum(m * (e - self.e_feed)))
-            pa.e[who] = self.e_feed
-            pa.phase[who] = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID
-            pa.T[who] = temperature(pa.e[who], pa.phase[who], self.material)
-            for name in ("u", "v", "w", "free", "bubble_n"):
+            phase = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID
+            fed = dict(e=self.e_feed, phase=int(phase), T=temperature(self.e_feed, phase, self.material), u=0.0, v=0.0,
+                       w=0.0, free=0, bubble_n=0, bubble=NO_BUBBLE, e_lat=0.0)
+            for name, value in fed.items():
                 if name in pa.properties:
-                    pa.get(name)[who] = 0
-            pa.bubble[who] = NO_BUBBLE
-            if "e_lat" in pa.properties:
-                pa.e_lat[who] = 0.0
+                    gone.put(name, value)
+            pa.energy_vented[0] += ranks.total(float(np.sum(m * (e - gone.get("e")))))
             return
-        pa.energy_vented[0] += float(np.sum(m * e))
-        pa.mass_vented[0] += float(np.sum(m))
-        for name, values in pa.constants.items():
+        pa.energy_vented[0] += ranks.total(float(np.sum(m * e)))
+        pa.mass_vented[0] += ranks.total(float(np.sum(m)))
+        for name in sorted(pa.constants):
             if name.startswith("carried_"):
-                values.get_npy_array()[0] += float(np.sum(pa.get(name.removeprefix("carried_"))[who], dtype=float))
-        pa.remove_particles(who)
+                carried = float(np.sum(gone.get(name.removeprefix("carried_")), dtype=float))
+                pa.constants[name].get_npy_array()[0] += ranks.total(carried)
+        gone.remove()
 

@@ -1,0 +1,66 @@
+"""What a graphics card makes of it: the parity of the equations, and steady boiling at 20,000, 200,000 and 2 million.
+
+Run ``python benchmarks/gpu.py`` where OpenCL sees a card (``--backend cuda`` with PyCUDA; that way was never run). It
+prints a table: particles, milliseconds a step, the share of each stage, and the residual of the energy ledger.
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+SIZES = {"20k": ("28", "26"), "200k": ("60", "56"), "2M": ("130", "120")}  # width and fill in spacings, in 3-D
+
+
+def cards():
+    """Names of the graphics cards that OpenCL sees."""
+    import pyopencl
+
+    return [device.name for platform in pyopencl.get_platforms() for device in platform.get_devices()
+            if device.type & pyopencl.device_type.GPU]
+
+
+def timed(size, steps, backend, precision):
+    """A row of the table for one size."""
+    width, fill = SIZES[size]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(
+            [sys.executable, "-m", "pysph_boiling", "run", "steady_boiling", "--width", width, "--fill", fill,
+             "--max-steps", str(steps), "--results-every", str(steps), "--no-pictures", "-d", folder, f"--{backend}",
+             *precision], check=True)
+        record = json.loads((Path(folder) / "run.json").read_text())
+        residual = float(np.load(Path(folder) / "results.npz")["energy_residual"][-1])
+    stages = {name: value for name, value in record["wall_time"].items() if name != "unit"}
+    spent = sum(stages.values())
+    shares = ", ".join(f"{name} {value / spent:.0%}" for name, value in stages.items() if value > 0.02 * spent)
+    per_step = 1e3 * record["timed"]["seconds"] / record["timed"]["steps"]
+    return f"| {record['particles']['fluid']} | {per_step:.1f} | {shares} | {residual:.1e} |"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--backend", choices=("opencl", "cuda"), default="opencl")
+    parser.add_argument("--use-double", action="store_true", help="double precision; single if not given")
+    parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES))
+    parser.add_argument("--steps", type=int, default=50, help="steps of each size; the first compiles")
+    parser.add_argument("--any-device", action="store_true", help="also where OpenCL sees no graphics card")
+    parser.add_argument("--no-parity", action="store_true", help="leave out the tests of the equations")
+    options = parser.parse_args()
+    if options.backend == "opencl" and not options.any_device and not cards():
+        sys.exit("OpenCL sees no graphics card here (--any-device runs on what there is)")
+    if options.backend == "opencl" and not options.no_parity:
+        subprocess.run([sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "compiled")], check=True, cwd=ROOT,
+                       env={**os.environ, "PYSPH_BOILING_BACKEND": "opencl"})
+    precision = ("--use-double",) if options.use_double else ()
+    print("| particles | ms a step | stages | energy residual |\n|---|---|---|---|")
+    for size in options.sizes:
+        print(timed(size, options.steps, options.backend, precision), flush=True)
+
+
+if __name__ == "__main__":
+    main()

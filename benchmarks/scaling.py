@@ -1,0 +1,112 @@
+"""Threads against ranks: time of a step, what ranks tell each other, and on paper what becomes of it at 1e8 particles.
+
+    python benchmarks/scaling.py [--quick] [--json FILE]
+
+The dam break (3-D) on one core, on all cores by threads and on as many by MPI ranks, in turn, several times; medians.
+Needs ``make setup-mpi``. The model takes the bytes of a ghost from the run, everything else from geometry.
+
+Exits with 1 unless ranks move as many particles as threads, and take at most 0.8 of the time of one core.
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+FASTER = 0.8
+SUPPORT = 2.4  # spacings: a ghost cell is as wide
+LAYER = 1.5 * SUPPORT  # spacings, mean depth: a cell is sent where it is nearer than its width to the other rank
+SIZES = ((1e6, 10), (1e7, 100), (1e8, 1000))  # particles, ranks
+VAPOUR, BUBBLE = 0.1, 20  # share of the particles, particles in a bubble: a vessel in full boil
+SUMS = 30  # collectives of one number a bubble, in a step: three per label, condensation, pooling, oscillation, results
+PROPERTIES = 75  # of a particle, with every effect; 8 bytes each
+
+
+def run(ranks, threads, steps, spacing):
+    """One run in a process of its own: its ``run.json``."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
+        launcher = ["mpirun", *root, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+        openmp = "--openmp" if threads > 1 else "--no-openmp"
+        environ = dict(os.environ, OMP_NUM_THREADS=str(threads), OMP_WAIT_POLICY="passive")
+        done = subprocess.run(
+            [*launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
+             str(spacing), "--max-steps", str(steps), "--no-pictures", openmp, "-d", folder],
+            env=environ, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(f"{ranks} ranks: {done.stderr[-2000:]}")
+        return json.loads((Path(folder) / "run.json").read_text())
+
+
+def model(ghost, refreshed):
+    """What a step costs at the sizes of ``SIZES``; ``ghost`` and ``refreshed`` are bytes per ghost and step."""
+    rows = []
+    for particles, ranks in SIZES:
+        side = (particles / ranks) ** (1.0 / 3.0)
+        ghosts = (side + 2.0 * LAYER) ** 3 - side**3
+        bubbles = particles * VAPOUR / BUBBLE
+        pairs = 6.0 * side**2 * VAPOUR / BUBBLE ** (2.0 / 3.0)  # bubbles that lie across the faces of a rank
+        rows.append(dict(
+            particles=particles, ranks=ranks, own=particles / ranks, ghosts=ghosts,
+            exchange=ghosts * (ghost + refreshed),
+            labels=8.0 * pairs * ranks, sums=8.0 * bubbles * SUMS, start=8.0 * PROPERTIES * particles))
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="fewer particles and steps")
+    parser.add_argument("--json", metavar="FILE", help="write the figures there")
+    options = parser.parse_args()
+    console, cores = Console(width=140), max(2, os.cpu_count() or 2)
+    console.print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores before the start: timings mean something "
+                  "on an idle machine only")
+    steps, spacing, rounds = (10, 0.04, 1) if options.quick else (40, 0.02, 3)
+    layouts = [(1, 1), (1, cores), (cores, 1)]
+    found = {layout: [] for layout in layouts}
+    for ranks, threads in layouts:
+        run(ranks, threads, 1, spacing)  # compiles
+    for _ in range(rounds):
+        for layout in layouts:
+            found[layout].append(run(*layout, steps, spacing))
+    time = {layout: float(np.median([row["timed"]["seconds"] / row["timed"]["steps"] for row in rows]))
+            for layout, rows in found.items()}
+    last = {layout: rows[-1] for layout, rows in found.items()}
+    table = Table("ranks", "threads", "ms a step", "of one core's", title=f"dam break, {last[1, 1]['particles']}")
+    for (ranks, threads), seconds in time.items():
+        table.add_row(str(ranks), str(threads), f"{1e3 * seconds:.1f}", f"{seconds / time[1, 1]:.2f}")
+    console.print(table)
+    talk = last[cores, 1]["communication"]
+    ghost, refreshed = talk["copied"] / talk["exported"], talk["refreshed"] / talk["exported"]
+    searches = last[cores, 1]["timed"]["steps"]
+    console.print(f"{cores} ranks: {talk['exported'] / searches:.0f} ghosts, {talk['copied'] / searches / 1e6:.2f} MB "
+                  f"to make and {talk['refreshed'] / searches / 1e6:.2f} MB to refresh them in a step: {ghost:.0f} and "
+                  f"{refreshed:.0f} bytes a ghost")
+    rows = model(8.0 * PROPERTIES, refreshed)
+    table = Table("particles", "ranks", "own", "ghosts", "ghosts, MB a step and rank", "labels, MB gathered by each",
+                  "sums over bubbles, MB through each", "start, GB on each", title="on paper, 3-D, every effect")
+    for row in rows:
+        table.add_row(f"{row['particles']:.0e}", f"{row['ranks']}", f"{row['own']:.0f}", f"{row['ghosts']:.0f}",
+                      f"{row['exchange'] / 1e6:.0f}", f"{row['labels'] / 1e6:.2f}", f"{row['sums'] / 1e6:.0f}",
+                      f"{row['start'] / 1e9:.1f}")
+    console.print(table)
+    same = last[1, 1]["particles"] == last[cores, 1]["particles"]
+    ratio = time[cores, 1] / time[1, 1]
+    holds = same and ratio <= FASTER
+    console.print(f"{'holds' if holds else 'FAILS'}: {cores} ranks take {ratio:.2f} of the time of one core (at most "
+                  f"{FASTER}); particles {'are the same' if same else 'got lost'}")
+    if options.json:
+        Path(options.json).write_text(json.dumps(dict(
+            seconds={f"{ranks}x{threads}": seconds for (ranks, threads), seconds in time.items()},
+            ghost_bytes=ghost, refreshed_bytes=refreshed, model=rows, ratio=ratio), indent=2) + "\n")
+    return 0 if holds else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,293 @@
+"""Reads of particle arrays that live on the host or on a device, by one path: reductions, and subsets.
+
+What steers a step (conditions, limits) needs a few numbers, and what is decided bubble by bubble needs the vapour. On a
+device the numbers are reduced and the subset is compressed where the particles are, so that a step never fetches a
+whole property. On the host the same calls are NumPy's. ``docs/backends.md`` lists what is fetched, and how much.
+
+The host is the master of constants and the device of properties: constants are pushed when they are set, and all that
+the host holds is pushed when the solver is set up.
+"""
+import copy
+import functools
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+from compyle.array import get_backend
+
+__all__ = [
+    "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
+    "real", "send", "summed", "values",
+]
+
+
+def values(pa, name):
+    """A property of the real particles where they live, (n,): NumPy's array, or the device's. Nothing is copied.
+
+    Both know arithmetic, comparisons and ``abs``; reduce them by the functions of this module.
+    """
+    if pa.gpu is None:
+        return pa.get(name, only_real_particles=True)
+    return pa.gpu.get_device_array(name).dev[:real(pa)]
+
+
+def real(pa):
+    """Number of particles that are no ghosts; PySPH's own count tells them apart on the host alone."""
+    return pa.get_number_of_particles(True) if pa.gpu is None else pa.gpu.num_real_particles
+
+
+def _library(array):
+    """The module an array comes from, which has ``max`` and ``sum`` of it: numpy, pyopencl.array, pycuda.gpuarray."""
+    return sys.modules[type(array).__module__]
+
+
+def _number(value):
+    return float(value.get() if hasattr(value, "get") else value)
+
+
+def _chosen(array, where, other):
+    """What counts of an array in a reduction to which ``other`` adds nothing."""
+    if where is None:
+        return array
+    if isinstance(array, np.ndarray):
+        return array[where]
+    return _library(array).if_positive(where, array, (0 * array + other).astype(array.dtype))
+
+
+def largest(array, where=None, default=0.0):
+    """Largest entry, of those chosen by the mask ``where`` (n,) if given; ``default`` if it is larger or none is."""
+    array = _chosen(array, where, default)
+    found = _number(_library(array).max(array)) if len(array) else default
+    return default if found < default else found  # NaN is told, as far as the device tells it
+
+
+def summed(array, where=None):
+    """Sum of the entries, of those chosen by the mask ``where`` (n,) if given; NaN if one of them is."""
+    array = _chosen(array, where, 0)
+    return _number(_library(array).sum(array)) if len(array) else 0.0
+
+
+def counted(mask):
+    """Number of true entries."""
+    return int(_number(_library(mask).sum(mask if mask.dtype == bool else mask.astype(np.int32)))) if len(mask) else 0
+
+
+class Subset:
+    """Some of the real particles of one array; no more of it than is asked for comes to the host.
+
+    ``chosen`` is a mask (n,) made of :func:`values`. The order is that of the array. A subset is good until particles
+    are added, removed or reordered.
+    """
+
+    def __init__(self, pa, chosen):
+        self.pa = pa
+        self.who = np.flatnonzero(chosen) if pa.gpu is None else _compressed(chosen, pa.gpu.backend)
+        self.n = len(self.who)
+
+    def __len__(self):
+        return self.n
+
+    def get(self, name):
+        """A property on the host, (n,): a copy; in double precision if it is no integer."""
+        if self.pa.gpu is None:
+            return self.pa.get(name, only_real_particles=True)[self.who]
+        whole = self.pa.gpu.get_device_array(name)
+        if self.n == 0:
+            return np.zeros(0, whole.dtype)
+        part = _array_module().empty(self.n, whole.dtype, backend=whole.backend)
+        _kernel("gather", whole.backend, whole.dtype)(self.who, whole, part)
+        part = part.get()
+        return part.astype(float) if part.dtype.kind == "f" else part
+
+    def put(self, name, new):
+        """Write a property: a number, or (n,)."""
+        if self.pa.gpu is None:
+            self.pa.get(name, only_real_particles=False)[self.who] = new
+        elif self.n:
+            whole = self.pa.gpu.get_device_array(name)
+            new = np.ascontiguousarray(np.broadcast_to(new, self.n).astype(whole.dtype))
+            part = _array_module().to_device(new, backend=whole.backend)
+            _kernel("scatter", whole.backend, whole.dtype)(self.who, part, whole)
+
+    def only(self, chosen):
+        """The part of these particles that a mask (n,) of the host chooses."""
+        part = copy.copy(self)
+        part.who, part.n = np.flatnonzero(chosen), int(np.count_nonzero(chosen))
+        if self.pa.gpu is None:
+            part.who = self.who[part.who]
+        elif part.n:
+            part.who = _array_module().to_device(self.who.get()[part.who], backend=self.pa.gpu.backend)
+        return part
+
+    def remove(self):
+        """Take these particles out of the array."""
+        if self.n:
+            self.pa.remove_particles(self.who if self.pa.gpu is None else self.who.get())
+
+
+def _array_module():
+    import compyle.array
+
+    return compyle.array
+
+
+def _compressed(mask, backend):
+    """Indices of the true entries of a mask of the device, in order; they stay there."""
+    array = _array_module()
+    mask = array.wrap_array(mask.astype(np.int32), backend)
+    n = len(mask)
+    found, count = (array.empty(size, np.int32, backend=backend) for size in (n, 1))
+    _scan(backend)(mask=mask, found=found, count=count, last=n - 1)
+    return array.wrap_array(found.dev[:int(count.get()[0])], backend)
+
+
+@functools.cache
+def _scan(backend):
+    """Prefix sum that writes the place of each true entry, and their number."""
+    from compyle.api import annotate
+    from compyle.parallel import Scan
+
+    @annotate(i="int", mask="gintp", return_="int")
+    def subset_input(i, mask):
+        return mask[i]
+
+    @annotate(int="i, item, prev_item, last_item, last", gintp="mask, found, count")
+    def subset_output(i, item, prev_item, last_item, mask, found, count, last):
+        if mask[i]:
+            found[prev_item] = i
+        if i == last:
+            count[0] = last_item
+
+    return Scan(subset_input, subset_output, "a+b", dtype=np.int32, backend=backend)
+
+
+@functools.cache
+def _kernel(name, backend, dtype):
+    """``gather`` or ``scatter`` for one type of number."""
+    from compyle.api import annotate
+    from compyle.parallel import Elementwise
+
+    @annotate
+    def gather(i, who, whole, part):
+        part[i] = whole[who[i]]
+
+    @annotate
+    def scatter(i, who, part, whole):
+        whole[who[i]] = part[i]
+
+    return Elementwise({"gather": gather, "scatter": scatter}[name], backend=backend)
+
+
+def detached(particles):
+    """Take arrays from the device, so that they are the host's: pairs (array, device) for :class:`Mirrored`."""
+    pairs = [(pa, pa.gpu) for pa in particles]
+    for pa, _ in pairs:
+        pa.set_device_helper(None)
+    return pairs
+
+
+class Copies:
+    """Particles at the end of an array, from ``first`` on, that are copies: ``original`` (n,) says of which."""
+
+    def __init__(self, pa, first, original):
+        self.pa, self.first, self.original = pa, first, original
+        if pa.gpu is not None:
+            self.original = _array_module().to_device(original.astype(np.int32), backend=pa.gpu.backend)
+
+    def refresh(self, name, shift=0.0):
+        """Copy a property from the originals, and add ``shift`` (n,)."""
+        if self.pa.gpu is None:
+            whole = self.pa.get_carray(name).get_npy_array()
+            whole[self.first:] = whole[self.original] + shift if np.any(shift) else whole[self.original]
+            return
+        array, whole = _array_module(), self.pa.gpu.get_device_array(name)
+        part = array.empty(len(self.original), whole.dtype, backend=whole.backend)
+        _kernel("gather", whole.backend, whole.dtype)(self.original, whole, part)
+        if np.any(shift):
+            part = array.wrap_array(part.dev + array.to_device(shift.astype(whole.dtype), whole.backend).dev,
+                                    whole.backend)
+        whole.dev[self.first:] = part.dev
+
+
+class Mirrored:
+    """An object that works on a device, for arrays that are the host's: each call of a method gives the device all that
+    the host holds, and fetches the properties when it is done. For work by hand; a run has no need of it.
+    """
+
+    def __init__(self, target, pairs):
+        self._target, self._pairs = target, pairs
+
+    def __getattr__(self, name):
+        found = getattr(self._target, name)
+        if not callable(found):
+            return found
+
+        @functools.wraps(found)
+        def call(*args, **kwargs):
+            for pa, device in self._pairs:
+                device.num_real_particles = pa.get_number_of_particles(True)
+                pa.set_device_helper(device)
+                device.push()
+            try:
+                return found(*args, **kwargs)
+            finally:
+                for pa, device in self._pairs:
+                    device.pull(*pa.properties)
+                    pa.set_device_helper(None)
+
+        return call
+
+
+# --- what PySPH's device support lacks --------------------------------------------------------------------------------
+
+def send(particles):
+    """Give the device all that the host holds, once, when nothing more is edited there.
+
+    PySPH makes the device's copy when an array is made, and later edits on the host do not reach it.
+    """
+    for pa in particles:
+        if pa.gpu is not None:
+            pa.gpu.push()
+
+
+@contextmanager
+def on_host(particles):
+    """Inside this block the arrays are the host's, with all that the device holds.
+
+    PySPH's writer would fetch constants too, which the device does not change: its copies are older, or rounded.
+    """
+    for pa in particles:
+        if pa.gpu is not None:
+            pa.gpu.pull(*pa.properties)
+    pairs = detached(particles)
+    try:
+        yield
+    finally:
+        for pa, device in pairs:
+            pa.set_device_helper(device)
+
+
+def neighbour_search(particles, **options):
+    """PySPH's neighbour search for the backend in use; lists are kept."""
+    if get_backend() == "cython":
+        from pysph.base.nnps import LinkedListNNPS
+
+        return LinkedListNNPS(particles=particles, cache=True, **options)
+    from pysph.base.gpu_nnps import ZOrderGPUNNPS
+
+    return ZOrderGPUNNPS(particles=particles, **options)
+
+
+def order_fluids(nnps, fluids):
+    """Sort particles along the curve of the neighbour search, for the device's memory; returns after a new search.
+
+    PySPH sorts every array, by indices of the last search: sites, which particles know by their place, would get
+    another place, and after particles were removed the indices are those of another array.
+    """
+    if nnps.domain.manager.is_periodic:
+        return  # ghosts would be sorted in among the others
+    nnps.update()
+    for index, pa in enumerate(nnps.particles):
+        if pa in fluids:
+            nnps.spatially_order_particles(index)
+    nnps.update()

@@ -1,0 +1,154 @@
+"""Runs on several MPI ranks against the same run on one: same events, bubbles and positions, a ledger that closes.
+
+They need ``make setup-mpi``. Where it was not run they are skipped, unless RANKS=required asks for them, as CI does.
+"""
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pysph_boiling.analysis.files import last_output, output_files, read_output
+from pysph_boiling.analysis.ledger import load_results
+
+SCENE = Path(__file__).with_name("scene.py")
+STEPS = 40
+EVENTS = ("n_burst", "n_fired", "n_condensed", "n_nucleated", "n_vented", "n_bubbles_vented", "n_refilled", "n_bubbles",
+          "n_single_bubbles", "n_vapour", "n_superheated", "n_pushed", "n_limited", "sweeps", "heat_subcycles",
+          "substeps")
+ROUND_OFF = 1e-9  # spacings after STEPS steps, measured 4e-11: sums in another order, and 40 steps in which it grows
+A_MINUTE = 60.0
+
+
+def available():
+    """Whether MPI was set up for this Python."""
+    pysph = Path(importlib.util.find_spec("pysph").submodule_search_locations[0])
+    return (shutil.which("mpirun") is not None and all(map(importlib.util.find_spec, ("mpi4py", "pyzoltan")))
+            and any((pysph / "parallel").glob("parallel_manager*.so")))
+
+
+if os.environ.get("RANKS") == "required":
+    assert available(), "RANKS=required, but MPI is not set up: run 'make setup-mpi'"
+pytestmark = pytest.mark.skipif(not available(), reason="MPI is not set up: run 'make setup-mpi'")
+
+
+def start(ranks, folder, *arguments, timeout=900):  # s: ranks that wait for each other for ever are a failure
+    """Run the scene on so many ranks, without mpirun for one; returns the finished process."""
+    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    if launcher and os.geteuid() == 0:
+        launcher.append("--allow-run-as-root")
+    environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1",
+                   "PYTHONPATH": str(SCENE.parents[2])}
+    return subprocess.run([*launcher, sys.executable, str(SCENE), "--no-pictures", "-d", str(folder), *arguments],
+                          env=environment, capture_output=True, text=True, check=False, timeout=timeout)
+
+
+class Run:
+    """A finished run: its table, its last particles by uid, what its log says of the ranks."""
+
+    def __init__(self, ranks, folder, *arguments):
+        done = start(ranks, folder, *arguments)
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+        self.folder, self.table = folder, load_results(folder)
+        self.fluid = read_output(output_files(folder)[-1])[0]["fluid"]
+        self.order = np.argsort(self.fluid.uid)
+        self.log = json.loads((folder / "ranks.json").read_text())
+
+    def get(self, name):
+        return self.fluid.get(name)[self.order]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """The run of a case on so many ranks, made once."""
+    made = {}
+
+    def run(case, ranks, steps):
+        if (case, ranks) not in made:
+            folder = tmp_path_factory.mktemp(f"{case}_{ranks}")
+            made[case, ranks] = Run(ranks, folder, "--case", case, "--max-steps", str(steps), "--lb-freq", "5")
+        return made[case, ranks]
+
+    return run
+
+
+def assert_equal(one, several):
+    """Events, bubbles and places of two runs of the same scene are the same."""
+    for name in EVENTS:
+        assert np.array_equal(one.table[name], several.table[name]), name
+    assert np.max(np.abs(several.table["energy_residual"])) <= 1e-10
+    assert np.max(np.abs(several.table["mass_residual"])) <= 1e-10
+    for name in ("uid", "phase", "bubble", "bubble_n", "burst", "condensed", "vaporised"):
+        assert np.array_equal(one.get(name), several.get(name)), name
+    spacing = 0.002
+    for axis in "xy":
+        assert np.max(np.abs(one.get(axis) - several.get(axis))) <= ROUND_OFF * spacing, axis
+
+
+@pytest.mark.parametrize("ranks", (2, 4))
+def test_everything_at_once(runs, ranks):
+    """A burst on a border, a bubble over all ranks, one that condenses, one that leaves, liquid that comes in."""
+    one, several = runs("wide", 1, STEPS), runs("wide", ranks, STEPS)
+    assert_equal(one, several)
+    last = {name: several.table[name][-1] for name in EVENTS}
+    for name in ("n_burst", "n_fired", "n_condensed", "n_vented", "n_bubbles_vented", "n_refilled", "n_pushed"):
+        assert last[name] > 0, f"nothing happened: {name} = 0"
+    assert sum(row["bursts_across"] for row in several.log) >= 1, "no region lay across a border"
+    assert max(row["bubble_ranks"] for row in several.log) >= min(ranks, 3), "no bubble spanned so many ranks"
+    assert sum(row["migrated"] > 0 for row in several.log) >= 2, "particles did not move to other ranks twice"
+
+
+@pytest.mark.parametrize("ranks", (2, 4))
+def test_a_chain_of_a_thousand(runs, ranks):
+    one, several = runs("chain", 1, 2), runs("chain", ranks, 2)
+    assert_equal(one, several)
+    assert several.log[0]["bubble_ranks"] == ranks
+    assert several.get("bubble_n").max() >= 1000
+
+
+def test_a_rank_without_vapour(runs):
+    one, several = runs("left", 1, 10), runs("left", 4, 10)
+    assert_equal(one, several)
+    assert all(0 in row["vapour"] and sum(row["vapour"]) > 0 for row in several.log)
+
+
+def test_a_rank_without_particles(runs):
+    one, several = runs("tiny", 1, 10), runs("tiny", 4, 10)
+    assert_equal(one, several)
+    assert all(0 in row["particles"] and sum(row["particles"]) > 0 for row in several.log)
+
+
+@pytest.mark.parametrize("dies", ("killed", "error", "nan"))
+def test_a_rank_that_dies_ends_the_run(tmp_path, dies):
+    done = start(2, tmp_path, "--max-steps", "100", "--dies", dies, timeout=300)
+    assert done.returncode != 0
+    died = max(path.stat().st_mtime for path in tmp_path.glob("*.json"))  # written once a step
+    assert time.time() - died < A_MINUTE, "it went on without the rank that had died"
+    assert read_output(last_output(tmp_path))[0]["fluid"].get_number_of_particles() > 0
+    if dies != "killed":
+        assert {"error": "the last rank alone has failed", "nan": "u = nan of particle"}[dies] in done.stderr
+
+
+def test_a_run_goes_on_from_its_last_file(runs, tmp_path):
+    """On two ranks, from what two ranks have written."""
+    whole = runs("wide", 2, STEPS)
+    for steps in (STEPS // 2, STEPS):
+        part = Run(2, tmp_path, "--case", "wide", "--max-steps", str(steps), "--lb-freq", "5", "--resume")
+    assert_equal(whole, part)
+
+
+@pytest.mark.parametrize("options, message", (
+    (("--density.skin", "0.2"), "density.skin"),
+    (("--reorder-freq", "5"), "--reorder-freq"),
+))
+def test_what_does_not_run_is_refused(tmp_path, options, message):
+    done = start(2, tmp_path / "none", *options, timeout=120)
+    assert done.returncode != 0
+    assert "on 2 ranks this version cannot run" in done.stderr and message in done.stderr
+    assert not (tmp_path / "none").exists()
