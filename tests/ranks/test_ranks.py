@@ -22,6 +22,7 @@ STEPS = 40
 EVENTS = ("n_burst", "n_fired", "n_condensed", "n_nucleated", "n_vented", "n_bubbles_vented", "n_refilled", "n_bubbles",
           "n_single_bubbles", "n_vapour", "n_superheated", "n_pushed", "n_limited", "sweeps", "heat_subcycles",
           "substeps")
+LONG = ("n_vapour", "n_superheated", "T_mean", "density_error_mean")  # means over the second half of a long run
 ROUND_OFF = 1e-9  # spacings after STEPS steps, measured 4e-11: sums in another order, and 40 steps in which it grows
 A_MINUTE = 60.0
 
@@ -38,14 +39,14 @@ if os.environ.get("RANKS") == "required":
 pytestmark = pytest.mark.skipif(not available(), reason="MPI is not set up: run 'make setup-mpi'")
 
 
-def start(ranks, folder, *arguments, timeout=900):  # s: ranks that wait for each other for ever are a failure
+def start(ranks, folder, *arguments, program=(str(SCENE),), timeout=900):  # s: waiting for each other for ever fails
     """Run the scene on so many ranks, without mpirun for one; returns the finished process."""
     launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
     if launcher and os.geteuid() == 0:
         launcher.append("--allow-run-as-root")
     environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1",
                    "PYTHONPATH": str(SCENE.parents[2])}
-    return subprocess.run([*launcher, sys.executable, str(SCENE), "--no-pictures", "-d", str(folder), *arguments],
+    return subprocess.run([*launcher, sys.executable, *program, "--no-pictures", "-d", str(folder), *arguments],
                           env=environment, capture_output=True, text=True, check=False, timeout=timeout)
 
 
@@ -152,3 +153,23 @@ def test_what_does_not_run_is_refused(tmp_path, options, message):
     assert done.returncode != 0
     assert "on 2 ranks this version cannot run" in done.stderr and message in done.stderr
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.slow
+def test_long_runs_agree_in_statistics(tmp_path):
+    """A flat vessel boils on one rank and on two, three seeds each: other bubbles, the same boil."""
+    found = {1: [], 2: []}
+    for ranks, rows in found.items():
+        for seed in (1, 2, 3):
+            folder = tmp_path / f"{ranks}_{seed}"
+            done = start(ranks, folder, "--flat", "--duration", "2.5", "--seed", str(seed),
+                         program=("-m", "pysph_boiling", "run", "steady_boiling"))
+            assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+            table = load_results(folder)
+            late = table["t"] > 1.25
+            assert np.max(np.abs(table["energy_residual"])) <= 1e-10 and table["n_bubbles_vented"][-1] >= 3
+            rows.append([table["n_nucleated"][-1], *(np.mean(table[name][late]) for name in LONG)])
+    one, two = (np.array(found[ranks]) for ranks in (1, 2))
+    scatter = np.sqrt((np.var(one, axis=0, ddof=1) + np.var(two, axis=0, ddof=1)) / 3.0)
+    print(one, two, scatter)
+    assert np.all(np.abs(one.mean(axis=0) - two.mean(axis=0)) <= 4.0 * scatter), (one, two)
