@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 # Idle OpenMP threads sleep: spinning ones steal time from the rest of a small machine.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: demo test test-all parity mutants lint clean setup-mpi
+.PHONY: demo test test-all parity setup-mpi test-ranks mutants lint clean
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -23,10 +23,11 @@ test: $(TESTABLE)
 test-all: $(TESTABLE)
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m ""
 
-# The equations against their references on every backend; make test has run OpenMP.
+# The equations against their references on every backend; make test has run OpenMP, and whole scenes on OpenCL.
 parity: $(TESTABLE)
 	@for backend in cython opencl; do PYOPENCL_CTX=0 PYSPH_BOILING_BACKEND=$$backend \
-	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) tests/compiled || exit 1; done
+	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow and not many_steps" tests/compiled \
+	  --ignore tests/compiled/test_opencl.py --ignore tests/compiled/test_cuda_source.py || exit 1; done
 
 # MPI ranks, on Debian: Open MPI and Zoltan, their Python packages, and the one module of PySPH that needs both.
 MPI_PACKAGES := libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev
@@ -42,6 +43,10 @@ setup-mpi: $(READY)
 	@USE_TRILINOS=1 $(BIN)/python -m pip install --quiet pyzoltan
 	@$(BIN)/python tools/build_parallel_manager.py
 	@echo "ready: mpirun -n 2 $(BIN)/pysph-boiling run SCENE"
+
+test-ranks: setup-mpi
+	@$(BIN)/python -m pip install --quiet pytest
+	@RANKS=required $(BIN)/python -m pytest tests/ranks
 
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py

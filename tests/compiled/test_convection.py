@@ -130,6 +130,7 @@ def test_unstable_stratification_overturns():
     assert np.sqrt(motion) > 0.03 * np.sqrt(9.81 * FILL * DX)
 
 
+@pytest.mark.many_steps
 def test_heated_base_sets_up_rolls():
     """Some columns rise and others sink, the rising ones warm; a still pool has neither."""
     lift, warm = columns("boussinesq", cold, base=370.0, beta=1e-2)
@@ -139,6 +140,7 @@ def test_heated_base_sets_up_rolls():
     assert np.corrcoef(lift, warm)[0, 1] > 0.5
 
 
+@pytest.mark.many_steps
 def test_only_the_cap_of_the_gradient_force_sets_up_rolls():
     """The gradient of a field is balanced by a pressure: below its cap at |g| the force moves nothing."""
     still, _ = columns("gradient", uniform)

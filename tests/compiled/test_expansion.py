@@ -82,6 +82,7 @@ def test_level_rises_by_the_volume_of_the_vapour_and_the_ledger_closes(v_exp):
     assert row["density_error_mean"] < 0.02
 
 
+@pytest.mark.many_steps
 def test_ramp_keeps_vapour_from_kicking_the_pool():
     """At once, twice the volume throws the pool; over 10 t* it hardly moves."""
     fastest = {}

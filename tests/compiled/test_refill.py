@@ -33,6 +33,7 @@ def vessel(refill, top=2.0, T=350.0, superheat=None):
     return SimpleNamespace(scheme=scheme, fluid=fluid, stepper=stepper, ledger=ledger)
 
 
+@pytest.mark.many_steps
 def test_inflow_of_a_given_rate_is_exact_and_booked():
     T_feed = 330.0
     p = vessel(Refill(rate=0.4, T_feed=T_feed))
@@ -66,6 +67,7 @@ def test_particles_come_in_on_the_surface_with_room_round_them():
     assert p.ledger.rows[-1]["density_error_max"] < 0.1
 
 
+@pytest.mark.many_steps
 def test_full_container_makes_the_inflow_wait():
     p = vessel(Refill(rate=4.0), top=1.1)
     p.stepper.step(200)
@@ -76,6 +78,7 @@ def test_full_container_makes_the_inflow_wait():
     assert p.fluid.y.max() <= 1.1 * FILL * DX and abs(row["mass_residual"]) <= 1e-14
 
 
+@pytest.mark.many_steps
 def test_vented_liquid_comes_back_and_the_level_is_kept():
     """3,500 steps of a boil in the open: what leaves as vapour returns as liquid, all of it booked."""
     p = vessel(Refill(T_feed=372.0), T=373.0, superheat=80.0)
