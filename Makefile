@@ -26,8 +26,7 @@ test-all: $(TESTABLE)
 # The equations against their references on every backend; make test has run OpenMP, and whole scenes on OpenCL.
 parity: $(TESTABLE)
 	@for backend in cython opencl; do PYOPENCL_CTX=0 PYSPH_BOILING_BACKEND=$$backend \
-	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow and not many_steps" tests/compiled \
-	  --ignore tests/compiled/test_opencl.py --ignore tests/compiled/test_cuda_source.py || exit 1; done
+	  $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow and not many_steps" tests/compiled || exit 1; done
 
 # MPI ranks, on Debian: Open MPI and Zoltan, their Python packages, and the one module of PySPH that needs both.
 MPI_PACKAGES := libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev
