@@ -40,7 +40,7 @@ use_backend()  # before the first particle array is made
 
 
 def on_the_host_if_periodic(domain):
-    """A device has no ghosts: the solver refuses periodic domains there (``test_opencl.py``)."""
+    """Skip what needs ghosts: on a device the solver refuses periodic domains (``StagedSolver.setup``)."""
     if domain is not None and BACKEND == "opencl":
         pytest.skip("a periodic domain is the host's alone")
 

@@ -171,5 +171,4 @@ def test_long_runs_agree_in_statistics(tmp_path):
             rows.append([table["n_nucleated"][-1], *(np.mean(table[name][late]) for name in LONG)])
     one, two = (np.array(found[ranks]) for ranks in (1, 2))
     scatter = np.sqrt((np.var(one, axis=0, ddof=1) + np.var(two, axis=0, ddof=1)) / 3.0)
-    print(one, two, scatter)
     assert np.all(np.abs(one.mean(axis=0) - two.mean(axis=0)) <= 4.0 * scatter), (one, two)
