@@ -20,11 +20,11 @@ from rich.console import Console
 from rich.table import Table
 
 FASTER = 0.8
-SUPPORT = 2.4  # spacings: a ghost cell is as wide
-LAYER = 1.5 * SUPPORT  # spacings, mean depth: a cell is sent where it is nearer than its width to the other rank
+LAYER = 2.4  # spacings: particles nearer than the support to those of another rank are its ghosts
 SIZES = ((1e6, 10), (1e7, 100), (1e8, 1000))  # particles, ranks
 VAPOUR, BUBBLE = 0.1, 20  # share of the particles, particles in a bubble: a vessel in full boil
 SUMS = 30  # collectives of one number a bubble, in a step: three per label, condensation, pooling, oscillation, results
+SILENT = ("--no-pictures", "--pfreq", "100000")  # a step, not its output
 PROPERTIES = 75  # of a particle, with every effect; 8 bytes each
 
 
@@ -37,7 +37,7 @@ def run(ranks, threads, steps, spacing):
         environ = dict(os.environ, OMP_NUM_THREADS=str(threads), OMP_WAIT_POLICY="passive")
         done = subprocess.run(
             [*launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
-             str(spacing), "--max-steps", str(steps), "--no-pictures", openmp, "-d", folder],
+             str(spacing), "--max-steps", str(steps), "--density.settle", "0", *SILENT, openmp, "-d", folder],
             env=environ, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"{ranks} ranks: {done.stderr[-2000:]}")

@@ -134,6 +134,10 @@ class PBFScheme(Scheme):
         return [term._replace(owner=slot) for fluid in self.fluids for slot, effect in self.effects.items()
                 for term in effect.terms(scene, fluid)]
 
+    def pairs(self):
+        """Names (destination, source) of the arrays of every sum over neighbours, sorted."""
+        return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
+
     def gather(self, what):
         """Concatenate ``effect.<what>(scene)`` over the effects: properties, flows or columns."""
         scene = self.scene()
@@ -201,7 +205,6 @@ class PBFScheme(Scheme):
         tag = vector_tag()
         built = {stage.name: build_stage(stage, terms, limits=limits, hooks=hooks, tag=tag) for stage in STAGES}
         built = {name: groups for name, groups in built.items() if groups}
-        pairs = sorted({(equation.dest, source) for _, equation, _ in terms for source in equation.sources or ()})
         heat_limit = step_limit = math.inf
         if "heat" in self.effects:
             heat_limit = self.effects["heat"].step_limit(scene)
@@ -215,8 +218,8 @@ class PBFScheme(Scheme):
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
-                ghosts=self.ghosts, pairs=pairs, conditions=conditions, heat_limit=heat_limit, step_limit=step_limit,
-                frozen="density" not in self.effects, skin=self.skin(),
+                ghosts=self.ghosts, pairs=self.pairs(), conditions=conditions, heat_limit=heat_limit,
+                step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
                 motion=self.effects["density"].limits(scene) if "density" in self.effects else None)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):

@@ -102,6 +102,30 @@ def test_every_scene_takes_its_first_steps(tmp_path, name, backend):
         np.testing.assert_allclose(got, want, rtol=0.0, atol={"double": 1e-12, "single": 1e-5}[backend] * size)
 
 
+ENDLESS = """
+import sys
+from pysph.base.nnps import DomainManager
+from pysph_boiling.cli import report, scene_class
+
+class Endless(scene_class("dam_break")):
+    def create_domain(self):
+        return DomainManager(xmin=-1.0, xmax=9.0, periodic_in_x=True)
+
+try:
+    Endless().run(sys.argv[1:])
+except Exception as error:
+    sys.exit(report(error))
+"""
+
+
+def test_a_device_refuses_a_periodic_domain_in_motion(tmp_path):
+    options = "--spacing", "0.05", "--max-steps", "1", "--no-pictures", "-d", str(tmp_path)
+    done = subprocess.run([sys.executable, "-c", ENDLESS, *options, *BACKENDS["double"]], check=False,
+                          capture_output=True, text=True, env={"PYOPENCL_CTX": "0", **os.environ})
+    assert done.returncode != 0 and not list(tmp_path.glob("*.hdf5"))
+    assert "on a device a periodic domain is for conduction at rest" in " ".join(done.stderr.split())
+
+
 COUNT = """
 import json, sys
 import numpy as np
