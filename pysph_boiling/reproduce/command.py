@@ -9,6 +9,7 @@ from pathlib import Path
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import origin, write_page
+from pysph_boiling.reproduce.report import write_report
 from pysph_boiling.reproduce.runs import perform
 
 __all__ = ["reproduce"]
@@ -42,6 +43,7 @@ def reproduce(arguments):
     parser.add_argument("--directory", default=None, help="output folder; default reproduce, reproduce_quick")
     parser.add_argument("--jobs", type=int, default=None, help="runs side by side; default one per core")
     parser.add_argument("--list", action="store_true", help="print the runs and stop")
+    parser.add_argument("--report", metavar="FILE.md", help="write the asked figures into this report in Markdown too")
     parser.add_argument("--json", metavar="FILE", help="write the statements and verdicts there")
     options = parser.parse_args(arguments)
     for key in options.figure:
@@ -49,6 +51,8 @@ def reproduce(arguments):
             raise ValueError(f"no figure '{key}'; there are: {', '.join(known)}")
     if options.jobs is not None and not 1 <= options.jobs <= (os.cpu_count() or 1):
         raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
+    if options.report and (options.quick or Path(options.report).suffix != ".md"):
+        raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
     console = Console(highlight=False)
     asked = {key: known[key]() for key in options.figure or known}
     runs = [run for figure in asked.values() for run in figure.runs(options.quick)]
@@ -68,6 +72,8 @@ def reproduce(arguments):
         console.print(make(key, results, root, options.quick))
     sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
     page = write_page(sections, root, quick=options.quick)
+    if options.report:
+        console.print(f"report: {write_report([one for one in sections if one.key in asked], root, options.report)}")
     if options.json:
         write_json(options.json, {section.key: {statement.paper: statement.agrees for statement in section.statements}
                                   for section in sections})

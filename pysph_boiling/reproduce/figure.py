@@ -73,10 +73,13 @@ class Section:
     @classmethod
     def load(cls, folder):
         """Read what :meth:`save` wrote."""
-        raw = json.loads((Path(folder) / "section.json").read_text())
-        for name, kind in (("pictures", Picture), ("tables", Table), ("statements", Statement)):
-            raw[name] = [kind(**row) for row in raw[name]]
-        return cls(**raw)
+        return cls.revived(json.loads((Path(folder) / "section.json").read_text()))
+
+    @classmethod
+    def revived(cls, raw):
+        """The section that ``asdict`` made ``raw`` of."""
+        kinds = (("pictures", Picture), ("tables", Table), ("statements", Statement))
+        return cls(**{**raw, **{name: [kind(**row) for row in raw[name]] for name, kind in kinds}})
 
 
 class Figure:

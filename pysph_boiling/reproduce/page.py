@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-__all__ = ["COUNTS", "VERDICTS", "Wording", "label", "origin", "sentence", "write_page"]
+__all__ = ["VERDICTS", "Wording", "bare_title", "counts", "label", "origin", "sentence", "write_page"]
 
 VERDICTS = {True: "agrees", False: "disagrees", None: "cannot tell"}
 COUNTS = {True: "agree", False: "disagree", None: "cannot be told"}
@@ -236,10 +236,14 @@ def text(words):
 
 
 def counted(statements):
+    """:func:`counts` in colour."""
+    return counts(statements, lambda agrees, words: f'<span class="verdict {css(agrees)}">{words}</span>')
+
+
+def counts(statements, show=lambda agrees, words: words):
     """How many of them agree, disagree and cannot be told, without what is none."""
     count = Counter(statement.agrees for statement in statements)
-    return ", ".join(f'<span class="verdict {css(agrees)}">{count[agrees]} {word}</span>'
-                     for agrees, word in COUNTS.items() if count[agrees])
+    return ", ".join(show(agrees, f"{count[agrees]} {word}") for agrees, word in COUNTS.items() if count[agrees])
 
 
 def bare_title(section):

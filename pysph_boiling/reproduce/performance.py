@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pysph_boiling.reproduce.figure import Figure, Picture, Section, Statement, Table, figures, write_csv
-from pysph_boiling.reproduce.page import COUNTS, VERDICTS, label, sentence
+from pysph_boiling.reproduce.page import VERDICTS, counts, label, sentence
 from pysph_boiling.reproduce.pictures import plot
 from pysph_boiling.reproduce.runs import Run
 from pysph_boiling.schemes.stages import STAGES
@@ -160,11 +160,10 @@ def observations(found):
     rows = []
     for scene, statements in found.items():
         row, verdicts = PAPER[scene], [one.agrees for one in statements]
-        told = ", ".join(f"{verdicts.count(agrees)} {word}" for agrees, word in COUNTS.items() if agrees in verdicts)
         rows.append(Statement(
             f"{row.name}: {row.observation}",
-            f"Of what was measured for {label(row.figure)}, {told}; the table below lists it." if verdicts else
-            f"{label(row.figure)} was not made yet.",
+            f"Of what was measured for {label(row.figure)}, {counts(statements)}; the table below lists it."
+            if verdicts else f"{label(row.figure)} was not made yet.",
             False if False in verdicts else True if verdicts and all(verdicts) else None,
             " ".join(sentence(one.why) for one in statements if one.why and one.agrees is not True)))
     return rows

@@ -1,0 +1,43 @@
+"""The report in Markdown: complete, amended figure by figure, with pictures of a size to keep."""
+import pytest
+from PIL import Image
+
+from pysph_boiling.cli import main
+from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table
+from pysph_boiling.reproduce.report import WIDTH, write_report
+
+ORIGIN = dict(machine="", processor="A processor", finished="", versions=dict(pysph_boiling="0.1.0"))
+
+
+def section(root, key, width, ours):
+    """A section with a movie, a picture so many pixels wide, and a statement that says ``ours``."""
+    (root / key).mkdir(exist_ok=True)
+    Image.effect_noise((width, width // 2), 40).save(root / key / "a.png")
+    return Section(key, "Figure 9: water | steam", pictures=[Picture("m.mp4", "moves"), Picture("a.png", "stands")],
+                   tables=[Table(("a|b", "c"), [["1 < 2", "3"]], "numbers")], text="Two\nlines.",
+                   statements=[Statement("paper", ours, True), Statement("other", "o", None, "too | small")],
+                   commands=["x", "y", "x"], origins=[ORIGIN, ORIGIN])
+
+
+def test_report_is_amended_figure_by_figure(tmp_path):
+    path = tmp_path / "docs" / "report.md"
+    write_report([section(tmp_path, "table3", 40, "first")], tmp_path, path)
+    write_report([section(tmp_path, "fig14", 3 * WIDTH, "second")], tmp_path, path)
+    write_report([section(tmp_path, "fig14", 2 * WIDTH, "third")], tmp_path, path)
+    text = path.read_text()
+    assert text.index("## Fig. 14") < text.index("## Table 3"), "not in the paper's order"
+    assert "First." in text and "Third." in text and "Second." not in text
+    assert "Of 4 statements, 2 agree, 2 cannot be told." in text and "2 runs, A processor" in text
+    assert not list(path.parent.glob("**/*.mp4"))
+    for key, width in (("table3", 40), ("fig14", WIDTH)):
+        with Image.open(path.parent / "images" / f"report_{key}.png") as picture:
+            assert picture.size == (width, width // 2)
+    cells = [line.replace("\\|", "").count("|") for line in text.splitlines() if line.startswith("|")]
+    assert set(cells) == {3, 4}, "a cell is torn"
+
+
+@pytest.mark.parametrize("arguments", (("--quick", "--report", "a.md"), ("--report", "a.html")))
+def test_what_is_no_report_is_refused_before_anything_runs(tmp_path, monkeypatch, capsys, arguments):
+    monkeypatch.chdir(tmp_path)
+    assert main(["reproduce", "fig2", *arguments]) != 0
+    assert "--report FILE.md" in capsys.readouterr().err and not list(tmp_path.iterdir())
