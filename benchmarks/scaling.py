@@ -67,7 +67,7 @@ def main():
     console, cores = Console(width=140), max(2, os.cpu_count() or 2)
     console.print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores before the start: timings mean something "
                   "on an idle machine only")
-    steps, spacing, rounds = (10, 0.04, 1) if options.quick else (40, 0.02, 3)
+    steps, spacing, rounds = (10, 0.04, 1) if options.quick else (60, 0.02, 5)
     layouts = [(1, 1), (1, cores), (cores, 1)]
     found = {layout: [] for layout in layouts}
     for ranks, threads in layouts:

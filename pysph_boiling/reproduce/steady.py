@@ -124,6 +124,8 @@ class SteadyBoiling(Figure):
         deviations = [variation(one.table, "produced", begin, end, windows)[1] for one in group]
         popped = [variation(one.table, "n_bubbles_vented", begin, end, windows) for one in group]
         left_base = [[n for t, n in one.result.record["departures"] if t >= begin] for one in group]
+        cycles = [(end - begin) * one.result.record["parameters"]["sites"]["value"] / max(1, len(sizes))
+                  for one, sizes in zip(group, left_base)]
         steady = max(deviations) <= STEADY
         busy = min(float(grown.min()) for grown, _ in popped) > 0.0
         statements = [
@@ -134,7 +136,9 @@ class SteadyBoiling(Figure):
                       f"{spread([float(grown.mean()) / seconds for grown, _ in popped])} bubbles reach the surface a "
                       f"second; in the poorest window of any run {min(grown.min() for grown, _ in popped):.0f} do "
                       "(stable: never none).", None if quick else busy,
-                      "The small form makes too few bubbles to tell." if quick else ""),
+                      "The small form makes too few bubbles to tell." if quick else "" if busy else
+                      f"A site lets a bubble go every {spread(cycles, 's')}, and several do so together: between them "
+                      f"{seconds:.2g} s pass without one."),
         ]
         rows = [[str(number), f"{len(sizes) / (end - begin):.3g}", f"{np.median(sizes) if sizes else 0:.3g}",
                  f"{rate_between(one.table, 'n_vented', begin, end):.3g}"]

@@ -17,10 +17,10 @@ FAR = 2**20  # cells; beyond them there is no telling cells apart, and no need t
 FEW = 16  # particles that Zoltan is asked about one by one
 
 
-def within(points, corners, reach=0.0):
-    """Which of ``points`` (3, n) lie within ``reach`` of a box along every axis, (n,); none if it is inside out."""
+def within(points, corners):
+    """Which of ``points`` (3, n) lie in a box, (n,); none if it is inside out."""
     lower, upper = corners
-    return ((points >= lower[:, None] - reach) & (points <= upper[:, None] + reach)).all(axis=0)
+    return ((points >= lower[:, None]) & (points <= upper[:, None])).all(axis=0)
 
 
 def extent(points):
@@ -102,12 +102,14 @@ class Partition(ZoltanParallelManagerGeometric):
         self.comm.Allgather(mine, boxes)
         support = self.radius_scale * boxes[:, :, 6].max(axis=0)
         for index, exchange in enumerate(self.pa_exchanges):
-            points, sent = self.points(exchange), {}
-            for rank in range(self.size):
-                read = np.zeros(exchange.num_local, bool)
-                for dest in self.readers[index] if rank != self.rank else ():
-                    read |= within(points, boxes[rank, dest, :6].reshape(2, 3), max(support[index], support[dest]))
-                sent[rank] = np.flatnonzero(read)
+            points, sent = self.points(exchange), {self.rank: np.zeros(0, int)}
+            for dest in self.readers[index]:
+                reach = max(support[index], support[dest])
+                lower, upper = boxes[:, dest, :3] - reach, boxes[:, dest, 3:6] + reach
+                meet = (lower <= mine[index, 3:6]).all(axis=1) & (upper >= mine[index, :3]).all(axis=1)
+                for rank in np.flatnonzero(meet & (np.arange(self.size) != self.rank)).tolist():
+                    read = np.flatnonzero(within(points, (lower[rank], upper[rank])))
+                    sent[rank] = np.union1d(sent[rank], read) if rank in sent else read
             self.export(exchange, np.concatenate(list(sent.values())),
                         np.repeat(list(sent), [len(particles) for particles in sent.values()]))
 

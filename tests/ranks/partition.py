@@ -1,16 +1,20 @@
 """Particles wander over the ranks; after each update brute force looks for what a rank owns and reads.
 
     mpirun -n 4 python tests/ranks/partition.py METHOD
+    mpirun -n 2 python tests/ranks/partition.py compare
 
 Prints, as JSON, what happened on all ranks: particles that came from another rank, ghosts, and ghosts that nothing
-reads. Ends with an error where a particle is lost, lies with the wrong rank, or is not seen by one that reads it.
+reads; ``compare``: seconds and ghosts of an update by our manager and by PySPH's own. Ends with an error where a
+particle is lost, lies with the wrong rank, or is not seen by one that reads it.
 """
 import json
 import sys
+from time import perf_counter
 
 import numpy as np
 from mpi4py import MPI
 from pysph.base.utils import get_particle_array
+from pysph.parallel.parallel_manager import ZoltanParallelManagerGeometric
 from scipy.spatial import cKDTree
 
 from pysph_boiling.schemes.partition import Partition
@@ -22,9 +26,9 @@ comm = MPI.COMM_WORLD
 rng = np.random.default_rng(7)
 
 
-def start():
+def start(scale=1):
     """All particles on the first rank: a box of fluid on a plate, three sites on it."""
-    n, size = (3000, 800, 3) if comm.rank == 0 else (0, 0, 0), np.array(SIZE)
+    n, size = (4000 * scale**3, 1600 * scale**3, 3) if comm.rank == 0 else (0, 0, 0), scale * np.array(SIZE)
     points = {"fluid": rng.random((n[0], 3)) * size, "wall": rng.random((n[1], 3)) * size * (1.5, -0.2, 1.5),
               "sites": size * (0.1, 0.0, 0.5) + np.array([[0, 0, 0], [16, 0, 0], [32, 0, 0]], float)[:n[2]]}
     arrays = []
@@ -71,24 +75,52 @@ def check(arrays, partition, first):
     return ghosts, unread
 
 
+def manage(manager, arrays, method="RCB", **options):
+    """A manager of these arrays, which has distributed them."""
+    made = manager(dim=3, particles=arrays, comm=comm, lb_method=method, ghost_layers=1, radius_scale=2.0,
+                   update_cell_sizes=False, **options)
+    made.update()
+    made.initial_update = False
+    made.set_lb_freq(BALANCED)
+    return made
+
+
+def wander(fluid, number, size=1.0):
+    """Move the fluid on by a drift and at random."""
+    n = fluid.get_number_of_particles(True)
+    for axis, drift in zip("xyz", (0.4, 0.0, 0.0)):
+        fluid.get(axis, only_real_particles=False)[:n] += size * (drift + np.random.default_rng(
+            number + 100 * comm.rank).normal(0.0, 0.3, n))
+
+
+def compare():
+    found = {}
+    for name, manager, options in (("ours", Partition, dict(pairs=PAIRS)),
+                                   ("pysph", ZoltanParallelManagerGeometric, {})):
+        arrays = start(2)
+        made = manage(manager, arrays, **options)
+        seconds, ghosts = [], 0
+        for number in range(2 * BALANCED):
+            wander(arrays[0], number, 0.1)  # as in a step
+            comm.Barrier()
+            begin = perf_counter()
+            made.update()
+            seconds.append(perf_counter() - begin)
+            ghosts += sum(pa.get_number_of_particles() - pa.get_number_of_particles(True) for pa in arrays)
+        found[name] = [comm.allreduce(min(seconds)), comm.allreduce(ghosts) / len(seconds)]  # others may use the cores
+    if comm.rank == 0:
+        print(json.dumps(found))
+
+
 def main(method):
     arrays = start()
-    partition = Partition(dim=3, particles=arrays, comm=comm, lb_method=method, ghost_layers=1, radius_scale=2.0,
-                          update_cell_sizes=False, pairs=PAIRS)
+    partition = manage(Partition, arrays, method, pairs=PAIRS)
     moved = ghosts = unread = 0
     for number in range(ROUNDS):
         if number:
-            fluid = arrays[0]
-            before = set(fluid.get("uid").tolist())
-            n = fluid.get_number_of_particles(True)
-            for axis, drift in zip("xyz", (0.4, 0.0, 0.0)):
-                fluid.get(axis, only_real_particles=False)[:n] += drift + np.random.default_rng(
-                    number + 100 * comm.rank).normal(0.0, 0.3, n)
-        partition.update()
-        if number == 0:
-            partition.initial_update = False
-            partition.set_lb_freq(BALANCED)
-        else:
+            before = set(arrays[0].get("uid").tolist())
+            wander(arrays[0], number)
+            partition.update()
             moved += len(set(arrays[0].get("uid").tolist()) - before)
         found = check(arrays, partition, partition.lb_count == 0)
         ghosts, unread = ghosts + found[0], unread + found[1]
@@ -99,4 +131,4 @@ def main(method):
 
 if __name__ == "__main__":
     sys.excepthook = lambda *error: (sys.__excepthook__(*error), sys.stderr.flush(), comm.Abort(1))
-    main(sys.argv[1])
+    compare() if sys.argv[1] == "compare" else main(sys.argv[1])

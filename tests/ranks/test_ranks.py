@@ -23,6 +23,15 @@ EVENTS = ("n_burst", "n_fired", "n_condensed", "n_nucleated", "n_vented", "n_bub
           "n_single_bubbles", "n_vapour", "n_superheated", "n_pushed", "n_limited", "sweeps", "heat_subcycles",
           "substeps")
 LONG = ("n_vapour", "n_superheated", "T_mean", "density_error_mean")  # means over the second half of a long run
+SMALL = ("--width", "14", "--fill", "16")
+SCENES = {  # scene and options; in 3-D unless flat
+    **{scene: (scene, "--flat") for scene in ("bubble_merge", "bubble_rise", "bubble_split", "cooling", "geyser",
+                                              "steady_boiling", "superheat_sites")},
+    "dam_break": ("dam_break", "--dim", "3", "--spacing", "0.06"),
+    "explosive_boiling": ("explosive_boiling", *SMALL, "--superheat", "160", "--hot", "1", "--region", "2.4"),
+    "rayleigh_plesset": ("bubble_held", "--oscillation.form", "rayleigh_plesset"),
+}
+WITH_VAPOUR = {"bubble_merge", "bubble_rise", "bubble_split", "explosive_boiling", "rayleigh_plesset"}  # at once
 ROUND_OFF = 1e-9  # spacings after STEPS steps, measured 4e-11: sums in another order, and 40 steps in which it grows
 A_MINUTE = 60.0
 
@@ -108,6 +117,14 @@ def test_who_owns_and_reads_what(method):
         assert happened["unread"] <= 0.5 * happened["ghosts"], "ranks are sent what they do not read"
 
 
+def test_our_manager_of_ranks_is_still_needed():
+    """Once PySPH's own is as fast, schemes/partition.py can go."""
+    done = launch(2, str(SCENE.with_name("partition.py")), "compare")
+    assert done.returncode == 0, done.stderr[-4000:]
+    ours, pysph = (np.array(json.loads(done.stdout)[name]) for name in ("ours", "pysph"))
+    assert np.all(pysph > 1.5 * ours), f"seconds and ghosts of an update: ours {ours}, PySPH's {pysph}"
+
+
 @pytest.mark.parametrize("ranks", (2, 4))
 def test_everything_at_once(runs, ranks):
     """A burst on a border, a bubble over all ranks, one that condenses, one that leaves, liquid that comes in."""
@@ -169,6 +186,36 @@ def test_what_does_not_run_is_refused(tmp_path, options, message):
     assert done.returncode != 0
     assert "on 2 ranks this version cannot run" in done.stderr and message in done.stderr
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", SCENES)
+def test_every_scene_takes_its_first_steps(tmp_path, case):
+    scene, *options = SCENES[case]
+    tables, fluids = [], []
+    for ranks in (1, 4):
+        folder = tmp_path / str(ranks)
+        done = start(ranks, folder, *options, "--max-steps", "10", "--lb-freq", "3",
+                     program=("-m", "pysph_boiling", "run", scene))
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+        tables.append(load_results(folder))
+        fluids.append(read_output(last_output(folder))[0]["fluid"])
+    for name in set(EVENTS) & set(tables[0]):
+        assert np.array_equal(tables[0][name], tables[1][name]), name
+    assert np.max(np.abs(fluids[0].u)) > 0.0, "nothing moved"
+    if case in WITH_VAPOUR:
+        assert tables[0]["n_vapour"][-1] > 0, "no vapour"
+    order = [np.argsort(fluid.uid) for fluid in fluids]
+    spacing = json.loads((tmp_path / "1" / "run.json").read_text())["spacing"]
+    for axis in "xyz":
+        one, several = (fluid.get(axis)[index] for fluid, index in zip(fluids, order))
+        assert np.max(np.abs(several - one)) <= ROUND_OFF * spacing, axis
+
+
+@pytest.mark.parametrize("scene", ("heated_slab", "reuse_wcsph", "reuse_tvf"))
+def test_periodic_scenes_are_refused(tmp_path, scene):
+    done = start(2, tmp_path, "--max-steps", "1", program=("-m", "pysph_boiling", "run", scene))
+    assert done.returncode != 0 and "periodic domain" in done.stderr and not list(tmp_path.glob("*.hdf5"))
 
 
 @pytest.mark.slow
