@@ -9,7 +9,7 @@ from pathlib import Path
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import origin, write_page
-from pysph_boiling.reproduce.report import write_report
+from pysph_boiling.reproduce.report import take_up, write_report
 from pysph_boiling.reproduce.runs import perform
 
 __all__ = ["reproduce"]
@@ -63,6 +63,8 @@ def reproduce(arguments):
 
     root = Path(options.directory or ("reproduce_quick" if options.quick else "reproduce"))
     root.mkdir(parents=True, exist_ok=True)
+    if options.report:
+        take_up(options.report, root)
     results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
     first = [key for key, figure in asked.items() if not figure.reads_others]
     with ProcessPoolExecutor(options.jobs or os.cpu_count(), mp_context=get_context("fork")) as pool:

@@ -12,10 +12,28 @@ from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import VERDICTS, bare_title, counts, label, sentence
 
-__all__ = ["write_report"]
+__all__ = ["take_up", "write_report"]
 
 WIDTH = 1000  # pixels; pictures are shrunk to it
 COLOURS = 128  # of a picture's palette
+
+
+def stored(path):
+    """Key -> section as a dict, of the report ``path``; empty where there is none."""
+    record = Path(path).with_suffix(".json")
+    return json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
+
+
+def take_up(path, root):
+    """Put what the report ``path`` has of figures that the folder ``root`` lacks there, for figures that read others.
+
+    Pictures and data stay behind: a report does not keep them whole.
+    """
+    for key, raw in stored(path).items():
+        folder = Path(root) / key
+        if not (folder / "section.json").exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            Section.revived({**raw, "pictures": [], "data": []}).save(folder)
 
 
 def write_report(sections, root, path):
@@ -24,8 +42,7 @@ def write_report(sections, root, path):
     The sections go to a JSON file of that name, the first PNG picture of each into the folder ``images`` beside it.
     """
     path = Path(path)
-    record = path.with_suffix(".json")
-    kept = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
+    kept = stored(path)
     images = path.parent / "images"
     images.mkdir(parents=True, exist_ok=True)
     for section in sections:
@@ -34,7 +51,7 @@ def write_report(sections, root, path):
             shrink(Path(root) / section.key / first.file, images / f"{path.stem}_{section.key}.png")
         kept[section.key] = {**asdict(section), "pictures": [asdict(first)] if first else []}
     kept = {key: kept[key] for key in figures() if key in kept}
-    write_json(record, kept)
+    write_json(path.with_suffix(".json"), kept)
     everything = [Section.revived(raw) for raw in kept.values()]
     path.write_text("\n".join(lines(everything, path.stem)), encoding="utf-8")
     return path

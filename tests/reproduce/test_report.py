@@ -4,7 +4,7 @@ from PIL import Image
 
 from pysph_boiling.cli import main
 from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table
-from pysph_boiling.reproduce.report import WIDTH, write_report
+from pysph_boiling.reproduce.report import WIDTH, take_up, write_report
 
 ORIGIN = dict(machine="", processor="A processor", finished="", versions=dict(pysph_boiling="0.1.0"))
 
@@ -34,6 +34,18 @@ def test_report_is_amended_figure_by_figure(tmp_path):
             assert picture.size == (width, width // 2)
     cells = [line.replace("\\|", "").count("|") for line in text.splitlines() if line.startswith("|")]
     assert set(cells) == {3, 4}, "a cell is torn"
+
+
+def test_what_a_report_has_is_taken_up_where_it_was_not_made(tmp_path):
+    path, other = tmp_path / "report.md", tmp_path / "other"
+    write_report([section(tmp_path, "fig3", 40, "kept"), section(tmp_path, "fig4", 40, "old")], tmp_path, path)
+    (other / "fig4").mkdir(parents=True)
+    section(other, "fig4", 40, "new").save(other / "fig4")
+    take_up(path, other)
+    kept, new = (Section.load(other / key) for key in ("fig3", "fig4"))
+    assert kept.statements[0].ours == "kept" and not kept.pictures and not kept.data
+    assert new.statements[0].ours == "new" and new.pictures
+    take_up(tmp_path / "none.md", other)
 
 
 @pytest.mark.parametrize("arguments", (("--quick", "--report", "a.md"), ("--report", "a.html")))
