@@ -96,13 +96,14 @@ class Partition(ZoltanParallelManagerGeometric):
 
     def compute_remote_particles(self):
         """List the particles that other ranks read: sources within a support of the box round their destinations."""
-        mine = np.array([[*np.ravel(extent(self.points(exchange))), exchange.pa.get("h").max(initial=0.0)]
-                         for exchange in self.pa_exchanges])
+        places = [self.points(exchange) for exchange in self.pa_exchanges]
+        mine = np.array([[*np.ravel(extent(points)), exchange.pa.get("h").max(initial=0.0)]
+                         for points, exchange in zip(places, self.pa_exchanges)])
         boxes = np.empty((self.size, *mine.shape))
         self.comm.Allgather(mine, boxes)
         support = self.radius_scale * boxes[:, :, 6].max(axis=0)
-        for index, exchange in enumerate(self.pa_exchanges):
-            points, sent = self.points(exchange), {self.rank: np.zeros(0, int)}
+        for index, (points, exchange) in enumerate(zip(places, self.pa_exchanges)):
+            sent = {self.rank: np.zeros(0, int)}
             for dest in self.readers[index]:
                 reach = max(support[index], support[dest])
                 lower, upper = boxes[:, dest, :3] - reach, boxes[:, dest, 3:6] + reach
