@@ -18,7 +18,10 @@ from pysph_boiling.device import Mirrored, detached, neighbour_search
 from pysph_boiling.problems import stepper
 from pysph_boiling.schemes.solver import vectorised
 
-__all__ = ["BACKEND", "OPTIONS", "Evaluator", "Stepper", "host_only", "one_group_each", "random_cloud", "use_backend"]
+__all__ = [
+    "BACKEND", "OPTIONS", "Evaluator", "Stepper", "assert_repeated", "host_only", "one_group_each", "random_cloud",
+    "use_backend",
+]
 
 BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
 OPTIONS = {  # of the command line
@@ -79,6 +82,13 @@ class Evaluator:
 def one_group_each(equations):
     """Groups of one equation each, named, so that the generated source does not depend on what ran before."""
     return [Group([equation], name=f"g{number}") for number, equation in enumerate(equations)]
+
+
+def assert_repeated(again, first, *, roundoff, name=""):
+    """A run made twice has the same bits; on a device, where lists of neighbours come in the order of a race, they
+    differ by at most ``roundoff``.
+    """
+    np.testing.assert_allclose(again, first, rtol=0.0, atol=roundoff if BACKEND == "opencl" else 0.0, err_msg=name)
 
 
 def random_cloud(n, dim, *, seed=0, box=1.0):

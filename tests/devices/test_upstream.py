@@ -94,6 +94,13 @@ def lists_are_made_when_first_used():
     return found.length == 1
 
 
+def neighbours_come_in_the_order_of_a_race():
+    """An atomic counter gives each particle its place in its cell."""
+    from pysph.base.z_order_gpu_nnps_kernels import count_cells
+
+    return "atomic_inc" in inspect.getsource(count_cells)
+
+
 def memory_grows_with_the_longest_way():
     pa = array(2)
     pa.x[:] = [0.0, 1e5]
