@@ -5,9 +5,6 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 TESTABLE := $(VENV)/.testable
 
-# Idle OpenMP threads sleep: spinning ones steal time from the rest of a small machine.
-export OMP_WAIT_POLICY ?= passive
-
 .PHONY: demo test test-all parity setup-mpi test-ranks mutants lint clean
 
 demo: $(READY)
@@ -16,6 +13,8 @@ demo: $(READY)
 # Files side by side: compiling takes most of the time of a first run. `make test WORKERS=0` is one after the other.
 WORKERS ?= 2
 SIDE_BY_SIDE := -n $(WORKERS) --dist loadfile
+# Side by side, idle OpenMP threads sleep at once; alone they spin first (pysph_boiling/threads.py).
+test test-all parity mutants: export OMP_WAIT_POLICY ?= passive
 
 test: $(TESTABLE)
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE)

@@ -17,7 +17,9 @@ import sys
 import time
 import warnings
 
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+from pysph_boiling.threads import WAITING
+
+os.environ.update(WAITING)
 
 import numpy as np
 from compyle.config import get_config

@@ -24,6 +24,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling.threads import variables
+
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"
 sys.path.insert(0, str(CODES_FOLDER))
 from scenes import ESCAPES, GRAVITY, Scene, at_equal_error, compression, front, outside, pareto  # noqa: E402
@@ -125,7 +127,7 @@ class Run:
         out.unlink(missing_ok=True)
         np.savez(path, fluid=scene.fluid, wall=scene.wall, volume=scene.wall_volume, size=scene.size,
                  job=json.dumps(job))
-        environ = dict(os.environ, OMP_NUM_THREADS=str(threads), OMP_WAIT_POLICY="passive")
+        environ = variables(threads)
         environ.pop("PYTHONPATH", None)
         if worker == "ours":
             python, environ["PYTHONPATH"] = sys.executable, str(CODES_FOLDER.parents[1])

@@ -19,6 +19,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling.threads import variables
+
 FASTER = 0.8
 LAYER = 2.4  # spacings: particles nearer than the support to those of another rank are its ghosts
 SIZES = ((1e6, 10), (1e7, 100), (1e8, 1000))  # particles, ranks
@@ -34,11 +36,10 @@ def run(ranks, threads, steps, spacing):
         root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
         launcher = ["mpirun", *root, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
         openmp = "--openmp" if threads > 1 else "--no-openmp"
-        environ = dict(os.environ, OMP_NUM_THREADS=str(threads), OMP_WAIT_POLICY="passive")
         done = subprocess.run(
             [*launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
              str(spacing), "--max-steps", str(steps), "--density.settle", "0", *SILENT, openmp, "-d", folder],
-            env=environ, capture_output=True, text=True, check=False)
+            env=variables(threads), capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"{ranks} ranks: {done.stderr[-2000:]}")
         return json.loads((Path(folder) / "run.json").read_text())

@@ -22,6 +22,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling.threads import variables
+
 SIDES, QUICK = (17, 27, 40, 58, 80), (17, 24, 34)  # particles along an edge of the cube
 FLAT = 1.25
 SPACING, SWEEPS = 0.02, 4
@@ -97,9 +99,8 @@ def shuffle(pa):
 
 def run_child(side, order, seconds, clock, threads):
     """:func:`measure` in a process of its own."""
-    environ = dict(os.environ, OMP_NUM_THREADS=str(threads), OMP_WAIT_POLICY="passive")
     done = subprocess.run([sys.executable, __file__, "--child", str(side), order, str(seconds), clock],
-                          env=environ, capture_output=True, text=True)
+                          env=variables(threads), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{side}^3 particles: {done.stderr[-2000:]}")
     return json.loads(done.stdout.splitlines()[-1])

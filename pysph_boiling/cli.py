@@ -9,6 +9,8 @@ import traceback
 import warnings
 from functools import partial
 
+from pysph_boiling.threads import wait_briefly
+
 __all__ = ["main", "scene_class", "scenes"]
 
 
@@ -145,7 +147,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
 
 def main(argv=None):
     """Entry point; returns the exit status."""
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before any OpenMP runtime starts: spinning threads collapse
+    wait_briefly()
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])

@@ -168,7 +168,6 @@ def copy_repository(folder):
         target.symlink_to(path)
     home.mkdir(exist_ok=True)
     environment = {**os.environ, "HOME": str(home), "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
-    environment.setdefault("OMP_WAIT_POLICY", "passive")
     where = subprocess.run([sys.executable, "-c", "import pysph_boiling; print(pysph_boiling.__file__)"], cwd=root,
                            env=environment, capture_output=True, text=True, check=True).stdout.strip()
     if not Path(where).is_relative_to(root):

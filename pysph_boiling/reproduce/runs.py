@@ -13,6 +13,7 @@ import numpy as np
 from pysph_boiling.analysis.files import last_output, output_files
 from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.cli import scene_class
+from pysph_boiling.threads import variables
 
 __all__ = ["Result", "Run", "perform"]
 
@@ -104,11 +105,10 @@ def start(run, folder, threads):
         for file in files[files.index(last) + 1:]:  # cut off
             os.remove(file)
     marker.write_text(asked)
-    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
     with open(folder / "console.txt", "a" if resume else "w") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
-             "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=environment)
+             "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=variables(threads))
 
 
 def perform(runs, root, *, jobs=None, report=print):
