@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pysph_boiling import markdown
+
 ROOT = Path(__file__).parents[1]
 SIZES = {"20k": ("28", "26"), "200k": ("60", "56"), "2M": ("130", "120")}  # width and fill in spacings, in 3-D
 
@@ -39,7 +41,7 @@ def timed(size, steps, backend, precision):
     spent = sum(stages.values())
     shares = ", ".join(f"{name} {value / spent:.0%}" for name, value in stages.items() if value > 0.02 * spent)
     per_step = 1e3 * record["timed"]["seconds"] / record["timed"]["steps"]
-    return f"| {record['particles']['fluid']} | {per_step:.1f} | {shares} | {residual:.1e} |"
+    return record["particles"]["fluid"], f"{per_step:.1f}", shares, f"{residual:.1e}"
 
 
 def main():
@@ -57,9 +59,9 @@ def main():
         subprocess.run([sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "compiled")], check=True, cwd=ROOT,
                        env={**os.environ, "PYSPH_BOILING_BACKEND": "opencl"})
     precision = ("--use-double",) if options.use_double else ()
-    print("| particles | ms a step | stages | energy residual |\n|---|---|---|---|")
+    print("\n".join(markdown.table(("particles", "ms a step", "stages", "energy residual"), ())))
     for size in options.sizes:
-        print(timed(size, options.steps, options.backend, precision), flush=True)
+        print(markdown.cells(timed(size, options.steps, options.backend, precision)), flush=True)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from pysph_boiling import markdown
 from pysph_boiling.problems.growth import Growth
 
 
@@ -110,11 +111,10 @@ def claims(rows):
             yield "converted heat makes liquid hotter than the liquid far away", row["departure"] > 0.1
 
 
-def markdown(rows):
-    """The table for the documentation."""
-    lines = ["| " + " | ".join(heading for heading, _ in COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
-    lines += ["| " + " | ".join(show(row) for _, show in COLUMNS) + " |" for row in rows]
-    return "\n".join([*lines, "", LEGEND + ".", ""])
+def page(rows):
+    """The table for the documentation, in Markdown."""
+    shown = [[show(row) for _, show in COLUMNS] for row in rows]
+    return "\n".join([*markdown.table((heading for heading, _ in COLUMNS), shown), "", LEGEND + ".", ""])
 
 
 def main(argv=None):
@@ -138,7 +138,7 @@ def main(argv=None):
     if options.json:
         Path(options.json).write_text(json.dumps(rows, indent=1) + "\n")
     if options.markdown:
-        Path(options.markdown).write_text(markdown(rows))
+        Path(options.markdown).write_text(page(rows))
     broken = [claim for claim, holds in claims(rows) if not holds]
     for claim in broken:
         console.print(f"[red]does not hold: {claim}")

@@ -24,6 +24,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling import markdown
 from pysph_boiling.threads import variables
 
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"
@@ -301,15 +302,13 @@ def ratio_table(runs, scenes):
     return head, rows, data
 
 
-def markdown(head, rows):
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)) + "\n"
-
-
 def show(console, title, head, rows):
+    """Print a table; returns it in Markdown."""
     table = Table(*head, title=title)
     for row in rows:
         table.add_row(*row)
     console.print(table)
+    return "\n".join([title, "", *markdown.table(head, rows), ""])
 
 
 def main():
@@ -355,12 +354,10 @@ def main():
             title = (f"{scene.name}: {len(scene.fluid)} fluid and {len(scene.wall)} wall particles, "
                      f"{scene.duration} s, {threads} thread{'s' if threads > 1 else ''}")
             head, rows = run_table(scene, runs, threads)
-            show(console, title, head, rows)
-            pages.append(f"{title}\n\n{markdown(head, rows)}")
+            pages.append(show(console, title, head, rows))
     head, rows, data = ratio_table([run for run in kept if run.valid], scenes)
     title = f"how many times as fast {OURS} is (median and range of the rounds)"
-    show(console, title, head, rows)
-    pages.insert(0, f"{title}\n\n{markdown(head, rows)}")
+    pages.insert(0, show(console, title, head, rows))
 
     failed = [f"{run.scene.name}, {run.code}, {run.label}: {run.failure}" for run in runs if run.failure]
     different = differences(runs)

@@ -23,7 +23,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
-from pysph_boiling import __version__
+from pysph_boiling import __version__, markdown
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.examples.application import processor
 
@@ -190,11 +190,10 @@ def page(records, root, *, quick=False):
     for kind, (name, against) in KINDS.items():
         own = [row for row in rows if row.bounds.kind == kind]
         if own:
-            lines += [f"## {name}: {against}", "", "| case | what | reference | found | bounds, and why | |",
-                      "|---|---|---|---|---|---|"]
-            lines += [f"| [{row.case}]({place[row.case]}/README.md) | {row.bounds.what} | {row.bounds.reference} | "
-                      f"{row.found} | {row.bounds.text}: {row.bounds.why} | {verdict(row)} |" for row in own]
-            lines.append("")
+            lines += [f"## {name}: {against}", "", *markdown.table(
+                ("case", "what", "reference", "found", "bounds, and why", ""),
+                [(f"[{row.case}]({place[row.case]}/README.md)", row.bounds.what, row.bounds.reference, row.found,
+                  f"{row.bounds.text}: {row.bounds.why}", verdict(row)) for row in own]), ""]
     lines += [(FOLDER / "covered.md").read_text(encoding="utf-8").strip(), "", "## How each was made", ""]
     for name in place:
         if name in records:

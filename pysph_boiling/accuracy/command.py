@@ -8,6 +8,7 @@ from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
 
+from pysph_boiling import markdown
 from pysph_boiling.accuracy.drawing import draw_front, draw_orders
 from pysph_boiling.accuracy.front import cheapest
 from pysph_boiling.accuracy.knobs import STUDIES, studies
@@ -128,12 +129,13 @@ def summary(every, threads, quick):
              "Cost is wall seconds per simulated second.", ""]
     for findings in every:
         lines += [f"## {findings.study.title}", "",
-                  f"Error: {findings.study.what}.", "", "| front | error | cost | spread |", "|---|---|---|---|"]
-        lines += [f"| {findings.rows[k].settings} | {percent(findings.rows[k].error)} | {findings.rows[k].cost:.3g} | "
-                  f"{100.0 * findings.rows[k].spread:.0f} % |" for k in findings.front]
+                  f"Error: {findings.study.what}.", "", *markdown.table(
+                      ("front", "error", "cost", "spread"),
+                      [(row.settings, percent(row.error), f"{row.cost:.3g}", f"{100.0 * row.spread:.0f} %")
+                       for row in (findings.rows[k] for k in findings.front)])]
         if findings.presets():
-            lines += ["", "| preset | error | cost |", "|---|---|---|"]
-            lines += [f"| {name} | {percent(row.error)} | {row.cost:.3g} |" for name, row in findings.presets().items()]
+            lines += ["", *markdown.table(("preset", "error", "cost"), [
+                (name, percent(row.error), f"{row.cost:.3g}") for name, row in findings.presets().items()])]
         lines += ["", *(f"Order of convergence, {name}: {one.order:.2f}"
                         f"{f' ± {one.spread:.2f}' if one.spread >= 0.0 else ''} ({one.points} points)."
                         for name, one in findings.orders.items()), "" * bool(findings.orders)]

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from html import escape
 from pathlib import Path
 
+from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import VERDICTS, bare_title, counts, label, sentence
@@ -89,8 +90,8 @@ def lines(sections, stem):
             text += rows(("the paper", "ours", "verdict"), [
                 (sentence(one.paper), " ".join(filter(None, (sentence(one.ours), one.why and sentence(one.why)))),
                  VERDICTS[one.agrees]) for one in section.statements])
-        for table in section.tables:
-            text += [plain(sentence(table.caption)), ""] * bool(table.caption) + rows(table.columns, table.rows)
+        for one in section.tables:
+            text += [plain(sentence(one.caption)), ""] * bool(one.caption) + rows(one.columns, one.rows)
         made = {(one["processor"], one["versions"].get("pysph_boiling", "")) for one in section.origins}
         text += [f"{len(set(section.commands))} runs" + "".join(
             f", {processor}, pysph_boiling {version}" for processor, version in sorted(made)) + ".", ""] * bool(made)
@@ -98,13 +99,10 @@ def lines(sections, stem):
 
 
 def plain(words):
-    """Words that Markdown shows as they are, in a table too."""
-    return escape(" ".join(words.split()), quote=False).replace("|", "\\|")
+    """Words on one line, with nothing in them that is taken for HTML."""
+    return escape(" ".join(str(words).split()), quote=False)
 
 
 def rows(columns, cells):
-    """A table."""
-    def row(values):
-        return f"| {' | '.join(plain(str(value)) for value in values)} |"
-
-    return [row(columns), row(["---"] * len(columns)), *map(row, cells), ""]
+    """A table of plain words, and an empty line."""
+    return [*markdown.table(map(plain, columns), (map(plain, row) for row in cells)), ""]

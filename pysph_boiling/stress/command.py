@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.stress.case import simulate
 from pysph_boiling.stress.cases import all_cases
@@ -143,11 +144,6 @@ COLUMNS = {
 }
 
 
-def cells(values):
-    """A row of a Markdown table."""
-    return "| " + " | ".join(str(value).replace("|", "\\|") for value in values) + " |"
-
-
 PAGE = """# Hard cases: what stays stable, and what does not
 
 Made by `pysph-boiling stress{options}`. A case passes if no rule below is broken at any step and its end state is
@@ -161,28 +157,26 @@ each of them does: [model.md](model.md), "What keeps it stable".
 {counts}
 
 {table}
+
 ## Bounds
 
 They stand in `pysph_boiling/stress/bounds.json` and are read before anything runs.
 
-{bounds}"""
+{bounds}
+"""
 
 
-def table(rows):
-    """The rows as a Markdown table."""
-    lines = [cells(COLUMNS), "|" + "---|" * len(COLUMNS)]
-    return "\n".join(lines + [cells(show(row) for show in COLUMNS.values()) for row in rows]) + "\n"
 
 
 def page(rows, bounds, options=""):
     """The page that ``--markdown`` writes: the rows, and the bounds that they were judged by."""
-    lines = [cells(("rule", "bound", "unit", "reason")), "|---|---|---|---|"]
-    lines += [cells((rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]))
-              for rule, entry in bounds["rules"].items()]
-    lines += [cells((f"{entry['rule']} of {', '.join(entry['cases'])}",
-                     "not judged" if entry["bound"] is None else f"{entry['bound']:g}",
-                     bounds["rules"][entry["rule"]]["unit"], entry["reason"])) for entry in bounds["exceptions"]]
-    return PAGE.format(options=options, counts=counts(rows), table=table(rows), bounds="\n".join(lines) + "\n")
+    rules = [(rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]) for rule, entry in bounds["rules"].items()]
+    rules += [(f"{entry['rule']} of {', '.join(entry['cases'])}",
+               "not judged" if entry["bound"] is None else f"{entry['bound']:g}",
+               bounds["rules"][entry["rule"]]["unit"], entry["reason"]) for entry in bounds["exceptions"]]
+    shown = [[show(row) for show in COLUMNS.values()] for row in rows]
+    return PAGE.format(options=options, counts=counts(rows), table="\n".join(markdown.table(COLUMNS, shown)),
+                       bounds="\n".join(markdown.table(("rule", "bound", "unit", "reason"), rules)))
 
 
 def counts(rows):
