@@ -156,11 +156,15 @@ class Sites(Figure):
             Statement("The number of sites sets the rate at which bubbles are generated.",
                       "Net vapour production in the second half: " + listed(made) + " particles/s; rank correlation "
                       f"with the number of sites {rank:.2f} (rises: at least {RISES}, and most sites make more than "
-                      "fewest).", more_vapour),
+                      "fewest).", more_vapour, "" if more_vapour else
+                      "Dynamic nucleation makes up for sites that are missing (fourth column of the table): what "
+                      "it makes vapour is a site for the liquid round it."),
             Statement("The number of sites sets the heat transfer.",
                       "Heater power in the second half: " + listed(power) + f" {unit}; rank correlation "
                       f"{heat_rank:.2f} (the same criterion).", None if quick else more_heat,
-                      "Two seeds of a small vessel do not tell: the same form gave .59 and .83." if quick else ""),
+                      "Two seeds of a small vessel do not tell: the same form gave .59 and .83." if quick else
+                      "" if more_heat else "The plate's temperature is given, that of the liquid on it is bounded by "
+                      "dynamic nucleation whatever the number of sites: so is the flux between them."),
         ]
         rows = [[str(sites), *(spread(measured[sites]) for measured in (level, made, burst, power))]
                 for sites in groups]
