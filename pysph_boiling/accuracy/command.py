@@ -8,7 +8,6 @@ from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
 
-from pysph_boiling import markdown
 from pysph_boiling.accuracy.drawing import draw_front, draw_orders
 from pysph_boiling.accuracy.front import cheapest
 from pysph_boiling.accuracy.knobs import STUDIES, studies
@@ -17,6 +16,7 @@ from pysph_boiling.accuracy.results import find, percent, write_points
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, Table
 from pysph_boiling.reproduce.page import Wording, origin, write_page
+from pysph_boiling.reproduce.report import write_report
 from pysph_boiling.schemes.quality import QUALITIES
 
 __all__ = ["accuracy"]
@@ -121,30 +121,6 @@ def loads(every, threads):
             + (" That is high: other work ran beside, and the times are not to be trusted." if high else "")), high
 
 
-def summary(every, threads, quick):
-    """Markdown of all studies on one page."""
-    host = machine()
-    lines = ["# What accuracy costs in time", "", *(["Quick form: small scenes.", ""] if quick else []),
-             f"{host['processor']}, {host['machine']}; {host['finished'][:10]}. {loads(every, threads)[0]} "
-             "Cost is wall seconds per simulated second.", ""]
-    for findings in every:
-        lines += [f"## {findings.study.title}", "",
-                  f"Error: {findings.study.what}.", "", *markdown.table(
-                      ("front", "error", "cost", "spread"),
-                      [(row.settings, percent(row.error), f"{row.cost:.3g}", f"{100.0 * row.spread:.0f} %")
-                       for row in (findings.rows[k] for k in findings.front)])]
-        if findings.presets():
-            lines += ["", *markdown.table(("preset", "error", "cost"), [
-                (name, percent(row.error), f"{row.cost:.3g}") for name, row in findings.presets().items()])]
-        lines += ["", *(f"Order of convergence, {name}: {one.order:.2f}"
-                        f"{f' ± {one.spread:.2f}' if one.spread >= 0.0 else ''} ({one.points} points)."
-                        for name, one in findings.orders.items()), "" * bool(findings.orders)]
-        lines += [f"- {'holds' if one.agrees else 'FAILS'}: {one.paper} (measured {one.ours})"
-                  for one in findings.statements]
-        lines.append("")
-    return "\n".join(lines)
-
-
 def accuracy(arguments):
     """Measure, draw, and write page, summary and data. Returns the page's path.
 
@@ -161,11 +137,15 @@ def accuracy(arguments):
     parser.add_argument("--repeats", type=int, default=REPEATS, help=f"runs of a point; default {REPEATS}, fewer where "
                         "time runs out")
     parser.add_argument("--list", action="store_true", help="print the points and stop")
+    parser.add_argument("--report", metavar="FILE.md", help="Markdown, which keeps what it has of other studies; "
+                        "default summary.md in the output folder")
     parser.add_argument("--json", metavar="FILE", help="write points, orders and claims there")
     options = parser.parse_args(arguments)
     for name, most in (("threads", os.cpu_count() or 1), ("repeats", 100)):
         if not 1 <= getattr(options, name) <= most:
             raise ValueError(f"--{name} must be 1 to {most}, got {getattr(options, name)}")
+    if options.report and Path(options.report).suffix != ".md":
+        raise ValueError(f"--report FILE.md writes Markdown, got {options.report}")
     console = Console(highlight=False, soft_wrap=True)
     chosen = studies(options.quick, options.study)
     if options.list:
@@ -182,13 +162,14 @@ def accuracy(arguments):
     every = [find(study, points, options.quick) for study in chosen]
     sections = [make(findings, points, root / findings.study.key) for findings in every]
     note, _ = loads(every, options.threads)
-    page = write_page(sections, root, quick=options.quick, wording=Wording(
+    wording = Wording(
         title="What accuracy costs in time",
         intro="Problems with known answers, with each numerical setting varied, alone and together where they trade: "
               "error against wall time. Compiling is not counted. {form}" + note,
         quick="This is the quick form: small scenes that show that everything works. ", counted="claims",
-        sides=("stated", "measured"), command="accuracy"))
-    (root / "summary.md").write_text(summary(every, options.threads, options.quick), encoding="utf-8")
+        sides=("stated", "measured"), command="accuracy")
+    page = write_page(sections, root, quick=options.quick, wording=wording)
+    write_report(sections, root, options.report or root / "summary.md", STUDIES, quick=options.quick, wording=wording)
     if options.json:
         write_json(options.json, {findings.study.key: dict(
             points=[dict(settings=row.settings, preset=row.preset, error=row.error, cost=row.cost, spread=row.spread,

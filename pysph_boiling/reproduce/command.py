@@ -75,7 +75,8 @@ def reproduce(arguments):
     sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
     page = write_page(sections, root, quick=options.quick)
     if options.report:
-        console.print(f"report: {write_report([one for one in sections if one.key in asked], root, options.report)}")
+        made = [one for one in sections if one.key in asked]
+        console.print(f"report: {write_report(made, root, options.report, known)}")
     if options.json:
         write_json(options.json, {section.key: {statement.paper: statement.agrees for statement in section.statements}
                                   for section in sections})

@@ -1,7 +1,7 @@
-"""The same as the HTML page, in Markdown to keep beside the code: statements and tables, one picture a figure.
+"""The same as the HTML page, in Markdown to keep beside the code: statements and tables, one picture a section.
 
-A reproduction takes hours and is made in parts, so that the report keeps what it has of the figures that are not made
-anew: its sections lie beside it as JSON.
+What takes hours is made in parts, so that the report keeps what it has of the sections that are not made anew: they lie
+beside it as JSON.
 """
 import json
 from dataclasses import asdict
@@ -10,8 +10,8 @@ from pathlib import Path
 
 from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
-from pysph_boiling.reproduce.figure import Section, figures
-from pysph_boiling.reproduce.page import VERDICTS, bare_title, counts, label, sentence
+from pysph_boiling.reproduce.figure import Section
+from pysph_boiling.reproduce.page import PAPER, VERDICTS, bare_title, counts, label, sentence
 
 __all__ = ["take_up", "write_report"]
 
@@ -37,10 +37,11 @@ def take_up(path, root):
             Section.revived({**raw, "pictures": [], "data": []}).save(folder)
 
 
-def write_report(sections, root, path):
+def write_report(sections, root, path, order, *, quick=False, wording=PAPER):
     """Write or amend the report ``path`` (Markdown) by ``sections``, whose files lie in ``root/<key>``; returns it.
 
-    The sections go to a JSON file of that name, the first PNG picture of each into the folder ``images`` beside it.
+    ``order`` has the keys that a report may have; the rest is as for the page. The sections go to a JSON file of
+    that name, the first PNG picture of each into the folder ``images`` beside it.
     """
     path = Path(path)
     kept = stored(path)
@@ -51,10 +52,10 @@ def write_report(sections, root, path):
         if first:
             shrink(Path(root) / section.key / first.file, images / f"{path.stem}_{section.key}.png")
         kept[section.key] = {**asdict(section), "pictures": [asdict(first)] if first else []}
-    kept = {key: kept[key] for key in figures() if key in kept}
+    kept = {key: kept[key] for key in order if key in kept}
     write_json(path.with_suffix(".json"), kept)
     everything = [Section.revived(raw) for raw in kept.values()]
-    path.write_text("\n".join(lines(everything, path.stem)), encoding="utf-8")
+    path.write_text("\n".join(lines(everything, path.stem, quick, wording)), encoding="utf-8")
     return path
 
 
@@ -68,26 +69,25 @@ def shrink(source, target):
         picture.quantize(COLOURS).save(target, optimize=True)
 
 
-def lines(sections, stem):
+def lines(sections, stem, quick, wording):
     """The lines of the report."""
     total = [one for section in sections for one in section.statements]
-    text = ["# The paper, reproduced: what came out", "",
-            f"<!-- Written by `pysph-boiling reproduce --report docs/{stem}.md`; do not edit. -->", "",
-            "Each figure and table of *Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation*, "
-            "next to what the full form of `pysph-boiling reproduce` shows for it. Boiling is chaotic: figures over "
-            "several seeds are mean (lowest to highest). The page that the command writes has all pictures, movies "
-            f"and data. Of {len(total)} statements, {counts(total)}.", ""]
-    text += rows(("", "", ""), [(label(section.key), bare_title(section), counts(section.statements))
+    intro = wording.intro.replace("{form}", wording.quick if quick else "")
+    text = [f"# {wording.title}", "",
+            f"<!-- Written by `pysph-boiling {wording.command} --report docs/{stem}.md`; do not edit. -->", "",
+            f"{intro} The page that `pysph-boiling {wording.command}` writes has all pictures and data."
+            + f" Of {len(total)} {wording.counted}, {counts(total)}." * bool(total), ""]
+    text += rows(("", "", ""), [(label(section.key) or section.key, bare_title(section), counts(section.statements))
                                 for section in sections])
     for section in sections:
-        text += [f"## {label(section.key)}: {plain(bare_title(section))}", ""]
+        text += [f"## {label(section.key) or section.key}: {plain(bare_title(section))}", ""]
         if section.text:
             text += [plain(section.text), ""]
         for picture in section.pictures:
             caption = plain(sentence(picture.caption))
             text += [f"![{caption}](images/{stem}_{section.key}.png)", "", f"*{caption}*", ""]
         if section.statements:
-            text += rows(("the paper", "ours", "verdict"), [
+            text += rows((*wording.sides, "verdict"), [
                 (sentence(one.paper), " ".join(filter(None, (sentence(one.ours), one.why and sentence(one.why)))),
                  VERDICTS[one.agrees]) for one in section.statements])
         for one in section.tables:

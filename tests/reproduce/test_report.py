@@ -3,7 +3,7 @@ import pytest
 from PIL import Image
 
 from pysph_boiling.cli import main
-from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table
+from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table, figures
 from pysph_boiling.reproduce.report import WIDTH, take_up, write_report
 
 ORIGIN = dict(machine="", processor="A processor", finished="", versions=dict(pysph_boiling="0.1.0"))
@@ -21,13 +21,13 @@ def section(root, key, width, ours):
 
 def test_report_is_amended_figure_by_figure(tmp_path):
     path = tmp_path / "docs" / "report.md"
-    write_report([section(tmp_path, "table3", 40, "first")], tmp_path, path)
-    write_report([section(tmp_path, "fig14", 3 * WIDTH, "second")], tmp_path, path)
-    write_report([section(tmp_path, "fig14", 2 * WIDTH, "third")], tmp_path, path)
+    write_report([section(tmp_path, "table3", 40, "first")], tmp_path, path, figures())
+    write_report([section(tmp_path, "fig14", 3 * WIDTH, "second")], tmp_path, path, figures())
+    write_report([section(tmp_path, "fig14", 2 * WIDTH, "third")], tmp_path, path, figures())
     text = path.read_text()
     assert text.index("## Fig. 14") < text.index("## Table 3"), "not in the paper's order"
     assert "First." in text and "Third." in text and "Second." not in text
-    assert "Of 4 statements, 2 agree, 2 cannot be told." in text and "2 runs, A processor" in text
+    assert "Of 4 statements of the paper, 2 agree, 2 cannot be told." in text and "2 runs, A processor" in text
     assert not list(path.parent.glob("**/*.mp4"))
     for key, width in (("table3", 40), ("fig14", WIDTH)):
         with Image.open(path.parent / "images" / f"report_{key}.png") as picture:
@@ -38,7 +38,8 @@ def test_report_is_amended_figure_by_figure(tmp_path):
 
 def test_what_a_report_has_is_taken_up_where_it_was_not_made(tmp_path):
     path, other = tmp_path / "report.md", tmp_path / "other"
-    write_report([section(tmp_path, "fig3", 40, "kept"), section(tmp_path, "fig4", 40, "old")], tmp_path, path)
+    before = [section(tmp_path, "fig3", 40, "kept"), section(tmp_path, "fig4", 40, "old")]
+    write_report(before, tmp_path, path, figures())
     (other / "fig4").mkdir(parents=True)
     section(other, "fig4", 40, "new").save(other / "fig4")
     take_up(path, other)
