@@ -27,6 +27,11 @@ def fixed_sweeps(*counts):
     return [{"density.min_sweeps": n, "density.max_sweeps": n, "density.tolerance": 0.0} for n in counts]
 
 
+def unguarded(*settings):
+    """The settings without what comes to the help of a step that is too long: no parts, no sweeps beyond the asked."""
+    return tuple({**one, "density.longest_step": 1.0, "density.most_error": 1.0} for one in settings)
+
+
 def until(*tolerances, most=60):
     """Density sweeps until the residual is reached, ``most`` at the most."""
     return [{"density.max_sweeps": most, "density.tolerance": tolerance} for tolerance in tolerances]
@@ -156,7 +161,7 @@ def hydrostatic(dim, quick):
         if dim == 3:
             return Study(key, small, "density_mean", what, {"steps and sweeps": together(
                 along("share", 0.14), fixed_sweeps(4))}, note="3-D")
-        steps = tuple(together(along("share", *SHARES[:3]), fixed_sweeps(4)))
+        steps = unguarded(*together(along("share", *SHARES[:3]), fixed_sweeps(4)))
         return Study(key, small, "density_mean", what, {
             "steps and sweeps": together(along("share", 0.14, 0.07), fixed_sweeps(2, 4)),
             "acceleration": together(along("density.acceleration", 0.9), along("density.omega", 0.5), fixed_sweeps(4)),
@@ -164,7 +169,7 @@ def hydrostatic(dim, quick):
         }, trends=(Trend("time step, 4 sweeps", "share", steps),), note="2-D")
     shares = (*SHARES, 0.0175) if dim == 2 else SHARES[:3]
     counts = (2, 4, 8, 16) if dim == 2 else (2, 4, 8)
-    four, level = (tuple(together(along("share", *shares[1:]), fixed_sweeps(4))),
+    four, level = (unguarded(*together(along("share", *shares[1:]), fixed_sweeps(4))),
                    tuple(together(along("layers", 10, 20, *((40,) if dim == 2 else ())), along("share", 0.035),
                                   fixed_sweeps(8))))
     knobs = {
