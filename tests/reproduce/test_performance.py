@@ -18,11 +18,14 @@ def test_cost_of_a_frame():
 
 
 def test_scenes_that_cost_about_the_same():
-    costs = {"a": cost(record(8.0, 40)), "b": cost(record(11.0, 40))}
+    costs = {"steady_boiling": cost(record(8.0, 40)), "bubble_rise": cost(record(11.0, 40))}
     assert [row.agrees for row in rates(costs, quick=False)] == [None, True]
-    costs["c"] = cost(record(13.0, 40))
+    costs["cooling"] = cost(record(13.0, 40, wall_time=dict(unit="s", heat=4.0, density=3.0)))
     assert [row.agrees for row in rates(costs, quick=False)] == [None, False]
     assert [row.agrees for row in rates(costs, quick=True)] == [None, None]
+    why = rates(costs, quick=False)[1].why
+    assert "Post-heating cooling takes 6.50 s a frame in 20 steps, steady boiling 4.00 s" in why
+    assert "2.00 s, is the stage 'heat'" in why
 
 
 @pytest.mark.parametrize("quick", [False, True])
