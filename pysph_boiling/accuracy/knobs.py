@@ -101,7 +101,9 @@ class Study:
     ``error`` names the error over which the front is drawn, ``what`` says what it is; ``finest``, if given, are the
     settings of the run that the others are compared with, and ``error`` then names one of its facts. ``knobs`` maps a
     name to settings. A problem with a density constraint is run with every preset, too, unless ``presets`` is false.
-    ``others`` are the errors that tables show beside it; all, if not given. ``note`` goes with the problem's title.
+    ``others`` are the errors that tables show beside it; all, if not given. Points that differ from ``problem`` in a
+    field of ``apart`` are no competitors on the front: the error does not tell what they save. ``note`` goes with the
+    problem's title.
     """
 
     key: str
@@ -113,7 +115,12 @@ class Study:
     finest: dict | None = None
     presets: bool = True
     others: tuple | None = None
+    apart: tuple = ()
     note: str = ""
+
+    def competes(self, problem):
+        """Whether a point may stand on the front."""
+        return all(getattr(problem, name) == getattr(self.problem, name) for name in self.apart)
 
     @property
     def title(self):
@@ -191,7 +198,8 @@ def hydrostatic(dim, quick):
     }
     return Study(key, problem, "density_mean", what, knobs, trends=(
         Trend("time step, 4 sweeps", "share", four),
-        Trend("spacing, level of the water", "layers", level, error="level", finer="larger")), note=f"{dim}-D")
+        Trend("spacing, level of the water", "layers", level, error="level", finer="larger")),
+        apart=("layers",), note=f"{dim}-D")
 
 
 def dam_break(quick):

@@ -17,7 +17,7 @@ CLAIMS = Path(__file__).with_name("claims.json")
 
 @dataclass(frozen=True)
 class Row:
-    """One point: ``error`` over which the front is drawn (NaN where it failed, or is itself the reference)."""
+    """One point: ``error`` over which the front is drawn (NaN where it failed, is the reference, or stands apart)."""
 
     settings: str
     knobs: str
@@ -59,8 +59,8 @@ def find(study, points, quick, claims=None):
         if record["seconds"]:
             cost, noise = (value / record["simulated"] if k == 0 else value
                            for k, value in enumerate(spread(record["seconds"])))
-        rows.append(Row(settings or f"preset {', '.join(names)}", knobs, error(record), cost, noise, record,
-                        ", ".join(names)))
+        own = error(record) if study.competes(problem) else math.nan
+        rows.append(Row(settings or f"preset {', '.join(names)}", knobs, own, cost, noise, record, ", ".join(names)))
     orders = {}
     for trend in study.trends:
         h, values = trend_points(study, trend, points)

@@ -92,9 +92,10 @@ def lines(sections, stem, quick, wording):
                  VERDICTS[one.agrees]) for one in section.statements])
         for one in section.tables:
             text += [plain(sentence(one.caption)), ""] * bool(one.caption) + rows(one.columns, one.rows)
-        made = {(one["processor"], one["versions"].get("pysph_boiling", "")) for one in section.origins}
-        text += [f"{len(set(section.commands))} runs" + "".join(
-            f", {processor}, pysph_boiling {version}" for processor, version in sorted(made)) + ".", ""] * bool(made)
+        made = sorted({", ".join([one["processor"], *(f"{name} {version}" for name, version in one["versions"].items()
+                                                      if name == "pysph_boiling")]) for one in section.origins})
+        runs = [f"{len(set(section.commands))} runs"] * bool(section.commands)
+        text += [", ".join((*runs, *made)) + ".", ""] * bool(made)
     return text
 
 

@@ -122,6 +122,12 @@ def test_front_orders_and_csv(points, tmp_path):
     assert (tmp_path / "points.csv").read_text().count("\n") == 4
 
 
+def test_what_makes_another_scene_is_off_the_front_and_on_the_trend(points):
+    one = study(trends=(Trend("finer", "h", tuple(along("h", 1.0, 0.5, 0.25))),), presets=False, apart=("h",))
+    found = results.find(one, run_all(one, points), quick=True, claims=[])
+    assert found.front == [0] and len(found.rows) == 3 and found.orders["finer"].order == pytest.approx(2.0)
+
+
 def test_self_convergence_compares_with_the_finest(points):
     one = study(error="speed", finest={"h": 0.0625}, presets=False)
     found = results.find(one, run_all(one, points), quick=True, claims=[])
