@@ -1,11 +1,8 @@
 """The command ``pysph-boiling accuracy``: what accuracy costs in time, measured on this machine."""
 import argparse
 import os
-import platform
 import statistics
 import time
-from datetime import datetime, timezone
-from importlib import metadata
 from pathlib import Path
 
 from pysph_boiling.accuracy.drawing import draw_front, draw_orders
@@ -15,7 +12,7 @@ from pysph_boiling.accuracy.measure import Points
 from pysph_boiling.accuracy.results import find, percent, write_points
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.reproduce.figure import Section, Table
-from pysph_boiling.reproduce.page import Wording, origin, write_page
+from pysph_boiling.reproduce.page import Wording, write_page
 from pysph_boiling.reproduce.report import write_report
 from pysph_boiling.schemes.quality import QUALITIES
 
@@ -47,6 +44,8 @@ def run(chosen, points, repeats, budget, report):
 
 def make(findings, points, folder):
     """Draw, write the data, and return the :class:`Section` of a study."""
+    from pysph_boiling.examples.application import origin
+
     study, rows = findings.study, findings.rows
     folder.mkdir(exist_ok=True)
     pictures = [draw_front(findings, folder / "front.png")]
@@ -96,17 +95,7 @@ def make(findings, points, folder):
         text += f" Repeats came to different errors at: {'; '.join(changing)}."
     return Section(study.key, study.title, pictures=pictures, tables=tables,
                    statements=findings.statements, data=[write_points(findings, folder / "points.csv")], text=text,
-                   origins=[machine()])
-
-
-def machine():
-    """Where and with what the points were made."""
-    from pysph_boiling.examples.application import processor
-
-    versions = {name: metadata.version(name) for name in ("pysph", "compyle", "numpy")}
-    return origin({"machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-                   "processor": processor(), "versions": {"python": platform.python_version(), **versions},
-                   "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")})
+                   origins=[origin()])
 
 
 def loads(every, threads):
@@ -144,8 +133,8 @@ def accuracy(arguments):
     for name, most in (("threads", os.cpu_count() or 1), ("repeats", 100)):
         if not 1 <= getattr(options, name) <= most:
             raise ValueError(f"--{name} must be 1 to {most}, got {getattr(options, name)}")
-    if options.report and Path(options.report).suffix != ".md":
-        raise ValueError(f"--report FILE.md writes Markdown, got {options.report}")
+    if options.report and (options.quick or Path(options.report).suffix != ".md"):
+        raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
     console = Console(highlight=False, soft_wrap=True)
     chosen = studies(options.quick, options.study)
     if options.list:

@@ -505,8 +505,6 @@ class SceneApplication(Application):
     def run_record(self, completed):
         """Everything needed to know how a run was made (design: results contract), as it goes into ``run.json``."""
         scheme = self.scheme
-        versions = {name: metadata.version(name) for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython")
-                    if _installed(name)}
         options, config = self.options, get_config()
         backend = "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
             "openmp" if config.use_openmp else "cython"
@@ -520,10 +518,7 @@ class SceneApplication(Application):
             "command": " ".join([os.path.basename(sys.argv[0]), *sys.argv[1:]]),
             "arguments": list(self.args),
             "completed": completed,
-            "versions": {"python": platform.python_version(), **versions},
-            "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-            "processor": processor(),
-            "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            **origin(),
             "backend": backend,
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
@@ -570,6 +565,15 @@ def on_device(options):
 def double_precision(options):
     """Whether a run of these options computes in double precision."""
     return options.use_double or not on_device(options)
+
+
+def origin():
+    """Where, when and with what a run was made: ``versions``, ``machine``, ``processor``, ``finished``."""
+    versions = {name: metadata.version(name) for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython")
+                if _installed(name)}
+    return {"versions": {"python": platform.python_version(), **versions},
+            "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores", "processor": processor(),
+            "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
 
 
 def processor():

@@ -92,8 +92,8 @@ def lines(sections, stem, quick, wording):
                  VERDICTS[one.agrees]) for one in section.statements])
         for one in section.tables:
             text += [plain(sentence(one.caption)), ""] * bool(one.caption) + rows(one.columns, one.rows)
-        made = sorted({", ".join([one["processor"], *(f"{name} {version}" for name, version in one["versions"].items()
-                                                      if name == "pysph_boiling")]) for one in section.origins})
+        made = sorted({f"{one['processor']}, pysph_boiling {one['versions'].get('pysph_boiling', '')}"
+                       for one in section.origins})
         runs = [f"{len(set(section.commands))} runs"] * bool(section.commands)
         text += [", ".join((*runs, *made)) + ".", ""] * bool(made)
     return text

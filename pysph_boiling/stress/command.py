@@ -166,8 +166,6 @@ They stand in `pysph_boiling/stress/bounds.json` and are read before anything ru
 """
 
 
-
-
 def page(rows, bounds, options=""):
     """The page that ``--markdown`` writes: the rows, and the bounds that they were judged by."""
     rules = [(rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]) for rule, entry in bounds["rules"].items()]

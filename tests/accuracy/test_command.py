@@ -24,8 +24,8 @@ def test_page_and_summary_hold_every_study(folder):
     assert html.count("<figure>") == 3 and html.count("data:image/png") == 3 and "script" not in html.lower()
     assert "Boiling: the paper" not in html and "load average" in html and "Of 2 claims" in html
     assert "pysph-boiling accuracy conduction --quick" in html
-    for piece in ("Orders of convergence.", "| agrees |", "## conduction: ", "default settings", "load average",
-                  "This is the quick form", "(images/summary_momentum.png)"):
+    for piece in ("Orders of convergence.", "| spacing | ", "| momentum | Periodic box | 2 agree |", "## conduction: ",
+                  "default settings", "load average", "This is the quick form", "(images/summary_momentum.png)"):
         assert piece in summary, piece
     assert (folder / "images" / "summary_momentum.png").exists()
     for key, pictures in zip(KEYS, (["front.png"], ["front.png", "orders.png"])):
@@ -64,7 +64,7 @@ def test_list_runs_nothing(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.parametrize("arguments, message", [
     (["fig3"], "no study 'fig3'"), (["--threads", "0"], "--threads must be"), (["--repeats", "0"], "--repeats must"),
-    (["--report", "a.html"], "--report FILE.md")])
+    (["--report", "a.html"], "--report FILE.md"), (["--quick", "--report", "a.md"], "leave out --quick")])
 def test_bad_arguments_are_refused(arguments, message, capsys):
     assert main(["accuracy", *arguments]) == 2 and message in capsys.readouterr().err
 
