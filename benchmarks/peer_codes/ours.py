@@ -51,7 +51,7 @@ def main():
                       lambda: mean_neighbours(stepper, 2.0 * job.h if job.done == 1 else None))
     job.write(out, fluid=len(fluid.x), wall=len(wall.x), volume=float(fluid.m[0] / scheme.rho0),
               support=float(scheme.kernel.radius_scale * fluid.h[0]), wall_volume=float(wall.m.mean() / scheme.rho0),
-              stages=dict(scheme.integrator.wall_time))
+              split=float(fluid.substeps[1] / job.steps), stages=dict(scheme.integrator.wall_time))
 
 
 if __name__ == "__main__":
