@@ -8,8 +8,9 @@ from pysph.base.kernels import CubicSpline
 
 from pysph_boiling.particles import akinci_volume, box_vessel, fluid_block, lattice_density
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "peer_codes"))
-scenes = pytest.importorskip("scenes")
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import peers  # noqa: E402
+import scenes  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -88,3 +89,35 @@ def test_cost_at_equal_error():
 def test_pareto_keeps_what_nothing_beats_in_both():
     points = [(3.0, 1.0), (1.0, 3.0), (2.0, 4.0), (2.0, 2.0), (4.0, 1.0)]
     assert scenes.pareto(points) == [1, 3, 0]
+
+
+def settings_run(scene, error, cost, *, outside=0):
+    """A run of ours on two threads with this density error and cost [s/s]."""
+    run = peers.Run(peers.OURS, scene, 0.1, {}, "settings")
+    run.rounds[2] = [1e3 * cost * run.dt]
+    run.record = dict(density_mean=error, outside=outside)
+    return run
+
+
+def test_settings_next_to_the_targets_are_run_again(scene):
+    """Of the front, on either side of each error asked for; not what is beaten, nor what lost its particles."""
+    high, low = peers.TARGETS
+    between = np.sqrt(high * low)
+    near = [settings_run(scene, *pair) for pair in ((1.5 * high, 2.0), (between, 3.0), (0.7 * low, 5.0))]
+    far = [settings_run(scene, 4.0 * high, 1.0), settings_run(scene, 0.2 * low, 9.0)]
+    beaten, lost = settings_run(scene, 1.1 * between, 4.0), settings_run(scene, 0.9 * low, 0.5, outside=96)
+    assert set(peers.best([*far, beaten, lost, *near], 2)) == set(near)
+    assert peers.best([far[0], near[0]], 2) == [near[0]]  # none is exact enough: the last one alone
+
+
+def test_times_as_fast_at_equal_error(scene):
+    """Twice the cost on a front of the same slope is a ratio of 2; where a front does not reach, none."""
+    high, low = peers.TARGETS
+    runs = [settings_run(scene, *pair) for pair in ((2.0 * high, 1.0), (0.5 * high, 4.0))]
+    other = "Taichi PBF"
+    for run in [settings_run(scene, *pair) for pair in ((2.0 * high, 2.0), (0.5 * high, 8.0))]:
+        run.code = other
+        runs.append(run)
+    found = {row["error"]: row["median"] for row in peers.ratios(runs, 2) if row["peer"] == other}
+    assert low < 0.5 * high
+    assert found == pytest.approx({high: 2.0})
