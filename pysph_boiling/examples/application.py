@@ -8,8 +8,10 @@ import dataclasses
 import json
 import os
 import platform
+import signal
 import sys
 import tempfile
+import threading
 import warnings
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -57,6 +59,40 @@ def upright_box(p, width, height):
     size = [width * p.spacing] * 3
     size[p.dim - 1] = height * p.spacing
     return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C, between two steps."""
+
+
+class Interrupt(Tool):
+    """Turns Ctrl-C, while the block of ``with`` lasts, into :class:`Stopped` before the next step.
+
+    Python raises ``KeyboardInterrupt`` wherever it is: within a step, whose state is no state to go on from, or in a
+    callback of another library, which swallows it. A second Ctrl-C is Python's own. On several ranks all stop.
+    """
+
+    def __init__(self):
+        self.asked = False
+
+    def __enter__(self):
+        ours = threading.current_thread() is threading.main_thread()
+        self.before = signal.getsignal(signal.SIGINT) if ours else None
+        if self.before is signal.default_int_handler:  # whoever ignores it, or has a handler, keeps that
+            signal.signal(signal.SIGINT, self.ask)
+
+    def __exit__(self, *error):
+        if self.before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self.before)
+
+    def ask(self, number, frame):
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+    def pre_step(self, solver):
+        if ranks.anywhere(self.asked):
+            raise Stopped
 
 
 class Progress(Tool):
@@ -393,8 +429,8 @@ class SceneApplication(Application):
             self.resumed.apply(self.solver, self.ledger, tools)
         self.ledger.begin(self.scheme.arrays)
         self.solver.before_output = self.save
-        self.progress = Progress(self.solver, self.title)
-        return [*tools, self.ledger, self.progress]
+        self.progress, self.interrupt = Progress(self.solver, self.title), Interrupt()
+        return [self.interrupt, *tools, self.ledger, self.progress]
 
     def results_every(self):
         """Steps between two rows of the results: a row reads whole properties, which a device fetches at outputs."""
@@ -440,10 +476,10 @@ class SceneApplication(Application):
         ranks.wait()
         self.began = perf_counter(), self.solver.count
         try:
-            with self.progress.bar:
+            with self.progress.bar, self.interrupt:
                 self.solve()
             completed = True
-        except KeyboardInterrupt:
+        except Stopped:
             console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written: --resume goes on from it")
             self.solver.dump_output()
             completed = False
