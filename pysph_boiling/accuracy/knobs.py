@@ -215,6 +215,7 @@ def dam_break(quick):
         "tolerance": until(1e-2, 1e-3), "under-relaxation": along("density.omega", 0.5, 0.9),
         "kernel": [{**CUBIC, "hdx": 1.5}, {**QUINTIC, "hdx": 1.2}, {**QUINTIC, "hdx": 1.5}],
         "acceleration": along("density.acceleration", 0.9, 0.97), "skin": along("density.skin", 0.1, 0.2, 0.4),
+        "splitting of steps": together(along("share", 0.14, 0.07), along("density.courant", 0.2, 0.8, 1.6)),
         "spacing": together(along("layers", 10, 40), along("share", 0.14, 0.07)),
     }, note="experiments")
 
