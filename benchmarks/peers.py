@@ -43,7 +43,7 @@ SAME = dict(volume=1e-4, support=1e-4, wall_volume=1e-3, within_support=0.02)  #
 JACOBI = dict(omega=1.0, eps=0.0)  # the plain sweep of the other codes
 # the other codes split no step and do no sweep beyond their maximum: here steps in which a particle would move further
 # than a spacing are split, no others
-LIMITS = dict(courant=1.0, longest_step=1.0, most_error=1.0)
+OURS_PLAIN = dict(JACOBI, courant=1.0, longest_step=1.0, most_error=1.0)
 PLAIN = dict(min_sweeps=1, max_sweeps=100)
 SHARES = (0.2, 0.1, 0.05, 0.025)  # time steps in sqrt(spacing/g)
 TOLERANCES = (2e-3, 3e-4)
@@ -56,8 +56,8 @@ def percent(tolerance):
 
 # code -> (worker, settings by tolerance)
 CODES = {
-    OURS: ("ours", lambda e: dict(PLAIN, **JACOBI, **LIMITS, tolerance=e, **OUR_BEST)),
-    f"{OURS}, plain": ("ours", lambda e: dict(PLAIN, **JACOBI, **LIMITS, tolerance=e)),
+    OURS: ("ours", lambda e: dict(PLAIN, **OURS_PLAIN, tolerance=e, **OUR_BEST)),
+    f"{OURS}, plain": ("ours", lambda e: dict(PLAIN, **OURS_PLAIN, tolerance=e)),
     "SPlisHSPlasH PBF": ("splishsplash", lambda e: dict(
         method="PBF", MIN_ITERATIONS=1, MAX_ITERATIONS=100, MAX_ERROR=percent(e))),
     "SPlisHSPlasH DFSPH": ("splishsplash", lambda e: dict(
@@ -67,7 +67,7 @@ CODES = {
 OUR_BEST = dict(acceleration=0.95)  # a skin does not pay while all of the water moves
 EQUAL_SHARE, EQUAL_SWEEPS = 0.05, 5
 EQUAL = {  # settings that all PBF codes know
-    OURS: dict(min_sweeps=EQUAL_SWEEPS, max_sweeps=EQUAL_SWEEPS, tolerance=0.0, **JACOBI, **LIMITS),
+    OURS: dict(min_sweeps=EQUAL_SWEEPS, max_sweeps=EQUAL_SWEEPS, tolerance=0.0, **OURS_PLAIN),
     "SPlisHSPlasH PBF": dict(method="PBF", MIN_ITERATIONS=EQUAL_SWEEPS, MAX_ITERATIONS=EQUAL_SWEEPS),
     "Taichi PBF": dict(min_sweeps=EQUAL_SWEEPS, max_sweeps=EQUAL_SWEEPS, tolerance=0.0, **JACOBI),
 }

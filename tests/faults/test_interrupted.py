@@ -51,6 +51,19 @@ def wait_for(folder, n):
         time.sleep(0.01)
 
 
+def goes_on(folder, whole, t):
+    """Resume from ``t`` to the end: enough happens after it, to the same bits as in ``whole``; the results."""
+    assert finish(folder, "--resume").returncode in (0, 1)  # 1: the pool is too small for the scene's final check
+    ours, theirs = load_results(folder), load_results(whole)
+    for name, least in HAPPENS.items():
+        happened = theirs[name][-1] - theirs[name][np.searchsorted(theirs["t"], t)]
+        assert happened >= least, f"{name}: {happened} after the last resume"
+    assert ours.keys() == theirs.keys()
+    for name in theirs:
+        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
+    return ours
+
+
 def merges(files):
     """How often two bubbles of one file are one bubble in the next."""
     count, before = 0, {}
@@ -81,15 +94,8 @@ def test_run_killed_at_random_goes_on_as_if_it_had_not_been(whole, tmp_path):
         load_results(tmp_path)
         assert json.loads((tmp_path / "run.json").read_text())["completed"] is False
     t, n = float(read_output(output_files(tmp_path)[-1])[1]["t"]), len(output_files(tmp_path))
-    assert finish(tmp_path, "--resume").returncode in (0, 1)  # 1: the pool is too small for the scene's final check
-    ours, theirs = load_results(tmp_path), load_results(whole)
-    for name, least in HAPPENS.items():
-        happened = theirs[name][-1] - theirs[name][np.searchsorted(theirs["t"], t)]
-        assert happened >= least, f"{name}: {happened} after the resume"
+    ours = goes_on(tmp_path, whole, t)
     assert merges(output_files(tmp_path)[n - 1:]) >= 1
-    assert ours.keys() == theirs.keys()
-    for name in theirs:
-        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
     assert max(ours["energy_residual"]) <= 1e-10 and not ours["mass_residual"].any()
     assert len(output_files(tmp_path)) == total
     assert not list(tmp_path.glob("*.part")), "what the killed runs were writing lies about"
@@ -114,13 +120,7 @@ def test_ctrl_c_ends_between_two_steps_and_the_run_goes_on(whole, tmp_path):
         assert json.loads((tmp_path / "run.json").read_text())["completed"] is False
         t = float(read_output(output_files(tmp_path)[-1])[1]["t"])
         assert load_results(tmp_path)["t"][-1] == pytest.approx(t) and 0.0 < t < 0.7
-    assert finish(tmp_path, "--resume").returncode in (0, 1)  # 1: the pool is too small for the scene's final check
-    ours, theirs = load_results(tmp_path), load_results(whole)
-    for name, least in HAPPENS.items():
-        happened = theirs[name][-1] - theirs[name][np.searchsorted(theirs["t"], t)]
-        assert happened >= least, f"{name}: {happened} after the last resume"
-    for name in theirs:
-        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
+    goes_on(tmp_path, whole, t)
 
 
 @pytest.mark.parametrize("before", [signal.SIG_IGN, lambda number, frame: None], ids=["ignored", "handled"])
