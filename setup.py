@@ -24,7 +24,7 @@ setup(
     package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"]},
     install_requires=["pysph", "cyarray", "numpy", "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", *VIEW, *OPENCL, NVRTC],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", *VIEW, *OPENCL, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "view": VIEW,

@@ -20,7 +20,7 @@ class Condensation(Effect):
     """Vapour below saturation condenses, as much of each bubble as the heat that the bubble has lost pays for.
 
     Form "latent": vapour that loses heat stays at T_sat, and what it lacks is latent heat, pooled over its bubble. Form
-    "paper": it cools, so that a bubble condenses nothing until its subcooling adds up to L/c_v (1112 K in water); few
+    "paper": it cools, so that a bubble condenses nothing until its subcooling adds up to L/c_v (1087 K in water); few
     particles never get there: 11 of them last for ever in ice water.
     """
 

@@ -34,7 +34,7 @@ class Oscillation(Effect):
     A push is cut for a whole bubble, so that its particles still share no net momentum. With unequal masses the centre
     of mass stays, the centroid does not.
 
-    ``time_scale``: a steam bubble of 4 mm rings 820 times a second, which no frame shows, so that the bubble's own time
+    ``time_scale``: a steam bubble of 4 mm rings 817 times a second, which no frame shows, so that the bubble's own time
     runs this many times slower: period = time_scale 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
 
     Limits: ``"band"`` fits 15 to 101 particles in 3-D, 9 to 30 in 2-D; it swells smaller bubbles and squeezes larger
