@@ -9,6 +9,7 @@ import traceback
 import warnings
 from functools import partial
 
+from pysph_boiling.checks import CheckFailed
 from pysph_boiling.threads import wait_briefly
 
 __all__ = ["main", "scene_class", "scenes"]
@@ -205,6 +206,6 @@ def explain(error):
         return str(error), 1
     if isinstance(error, ArithmeticError):
         return f"these parameters lead to numbers beyond all range ({error})", 2
-    if isinstance(error, AssertionError):
+    if isinstance(error, CheckFailed):
         return f"the final check failed: {error}", 1
     return None, 1

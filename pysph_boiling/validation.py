@@ -25,6 +25,7 @@ from time import process_time
 
 from pysph_boiling import __version__, markdown
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.checks import CheckFailed
 from pysph_boiling.examples.application import processor
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
@@ -226,7 +227,7 @@ def validate(arguments):
     The full form writes to ``docs``; cases that are not asked for keep what ``docs/validation.json`` has of them. The
     quick form writes a page of its own.
 
-    Errors: ``ValueError`` for an unknown case or outside a checkout, ``AssertionError`` where a row fails that is not
+    Errors: ``ValueError`` for an unknown case or outside a checkout, ``CheckFailed`` where a row fails that is not
     known to fail.
     """
     from rich.console import Console
@@ -283,7 +284,7 @@ def validate(arguments):
                                                  command=row.command, **asdict(row.bounds)) for row in rows]))
     broken = [row for row in rows if not row.holds and not row.bounds.excuse]
     if broken:
-        raise AssertionError("; ".join(f"{row.case}: {row.bounds.what}: {row.found}" for row in broken))
+        raise CheckFailed("; ".join(f"{row.case}: {row.bounds.what}: {row.found}" for row in broken))
 
 
 if __name__ == "__main__":

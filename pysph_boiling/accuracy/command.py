@@ -11,6 +11,7 @@ from pysph_boiling.accuracy.knobs import STUDIES, studies
 from pysph_boiling.accuracy.measure import Points
 from pysph_boiling.accuracy.results import find, percent, write_points
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.checks import require
 from pysph_boiling.reproduce.figure import Section, Table
 from pysph_boiling.reproduce.page import Wording, write_page
 from pysph_boiling.reproduce.report import write_report
@@ -113,7 +114,7 @@ def loads(every, threads):
 def accuracy(arguments):
     """Measure, draw, and write page, summary and data. Returns the page's path.
 
-    Errors: ``ValueError`` for an unknown study; ``AssertionError`` where a stated claim does not hold.
+    Errors: ``ValueError`` for an unknown study; ``CheckFailed`` where a stated claim does not hold.
     """
     from rich.console import Console
 
@@ -170,5 +171,5 @@ def accuracy(arguments):
     console.print(f"page: {page}", markup=False)
     failed = [f"{findings.study.key}: {one.paper} (measured {one.ours})" for findings in every
               for one in findings.statements if not one.agrees]
-    assert not failed, "; ".join(failed)
+    require(not failed, "; ".join(failed))
     return page

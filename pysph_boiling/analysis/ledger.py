@@ -21,7 +21,7 @@ from pysph_boiling.schemes.effects import Column, gather, total
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
 
-START = {"ledger_energy": "energy", "ledger_mass": "mass"}  # constants that hold the values at the start of a run
+START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constant -> what it was at first
 
 
 def save_results(path, table):
@@ -117,12 +117,12 @@ class Ledger(Tool):
                                  "declares: the ledger cannot account for it")
 
     def begin(self, arrays):
-        """Remember the energy and mass at the start; a resumed run keeps the values of its first start."""
+        """Remember energy, mass and particles of the start; a resumed run keeps the values of its first start."""
         self.check(arrays)
         first = arrays[0]
         for constant, name in START.items():
             if constant not in first.constants:
-                first.add_constant(constant, self.energy(arrays) if name == "energy" else self.mass(arrays))
+                first.add_constant(constant, float(getattr(self, name)(arrays)))
 
     def resume(self, table, t):
         """Take over the rows of an interrupted run up to the time ``t`` [s]."""
@@ -141,6 +141,20 @@ class Ledger(Tool):
     def mass(arrays):
         """Mass of the domain [kg]."""
         return ranks.total(float(np.sum(gather(arrays, "m"))))
+
+    @staticmethod
+    def count(arrays):
+        """Particles of the domain."""
+        return ranks.total(sum(pa.get_number_of_particles(True) for pa in arrays))
+
+    def lost(self, arrays):
+        """Particles of the start, and of those that flowed in since, that are neither there nor were removed."""
+        def number(name):
+            return sum(float(pa.constants[name].get_npy_array()[0]) for pa in arrays if name in pa.constants)
+
+        removes = any(effect.removes_particles for effect in self.scheme.effects.values())
+        come, gone = number("n_refilled"), number("n_vented")
+        return round(self.start(arrays, "ledger_count") + come - (gone if removes else 0.0) - self.count(arrays))
 
     @staticmethod
     def start(arrays, constant):

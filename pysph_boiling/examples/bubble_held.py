@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pysph_boiling.checks import require
 from pysph_boiling.examples.bubble_rise import BubbleRise, BubbleRiseParameters
 from pysph_boiling.schemes.effects import Buoyancy, Venting, param
 
@@ -44,9 +45,9 @@ class BubbleHeld(BubbleRise):
     def check_bubbles(self, history):
         begun = history["t"] >= 0.2 * self.parameters.duration  # the first push tears it, and it heals
         whole = float(np.min((history["n1"] / history["n"])[begun]))
-        assert whole >= 0.9, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour"
+        require(whole >= 0.9, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         kept = float(history["n"][-1] / history["n"][0])
-        assert kept >= 0.9, f"{kept:.0%} of the vapour are left: it must stay below the surface"
+        require(kept >= 0.9, f"{kept:.0%} of the vapour are left: it must stay below the surface")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ Command     pysph-boiling run bubble_merge
 from dataclasses import dataclass
 
 from pysph_boiling.analysis.shapes import merger
+from pysph_boiling.checks import require
 from pysph_boiling.examples.bubble_rise import BubbleRise, BubbleRiseParameters
 from pysph_boiling.schemes.effects import param
 
@@ -42,9 +43,9 @@ class BubbleMerge(BubbleRise):
 
     def check_bubbles(self, history):
         event = merger(history)
-        assert event is not None, f"{history['bubbles'][0]:.0f} bubbles at the start did not become one"
+        require(event is not None, f"{history['bubbles'][0]:.0f} bubbles at the start did not become one")
         # vapour may grow or condense between two frames, by less than a tenth
-        assert abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} of the volume of the two"
+        require(abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} of the volume of the two")
 
 
 if __name__ == "__main__":

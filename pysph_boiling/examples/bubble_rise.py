@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.analysis.shapes import track
+from pysph_boiling.checks import NotChecked, require
 from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block
@@ -129,21 +130,23 @@ class BubbleRise(SceneApplication):
         return track(self.output_files, self.parameters.dim, WATER_1ATM.rho_l)
 
     def check_final(self):
-        self.check_ledger()
-        if self.output_files:
-            self.check_bubbles(self.history())
+        self.check_needs("bubbles")
+        if not self.output_files:
+            raise NotChecked("it reads the particle files, and none was written")
+        self.check_bubbles(self.history())
 
     def check_bubbles(self, history):
         """Assert what the scene must show of its bubbles."""
+        self.check_needs("venting")
         p = self.parameters
         height, diameter = history["height1"], p.diameter * p.spacing
         whole = float(np.min(history["n1"] / history["n"]))
-        assert whole >= 0.8, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour"
+        require(whole >= 0.8, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         risen = height[-1] - height[0]
-        assert risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters; it must by 3"
+        require(risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters; it must by 3")
         fall = float(np.max(-np.diff(height)))
-        assert fall <= 0.5 * p.spacing, f"the bubble sank by {fall / p.spacing:.2g} spacings in a frame"
-        assert self.ledger.rows[-1]["n_bubbles_vented"] >= 1, "the bubble did not reach the surface"
+        require(fall <= 0.5 * p.spacing, f"the bubble sank by {fall / p.spacing:.2g} spacings in a frame")
+        require(self.ledger.rows[-1]["n_bubbles_vented"] >= 1, "the bubble did not reach the surface")
 
 
 if __name__ == "__main__":

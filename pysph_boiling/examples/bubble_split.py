@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.analysis.shapes import PIECE, split
+from pysph_boiling.checks import require
 from pysph_boiling.examples.bubble_rise import BubbleRise, BubbleRiseParameters
 from pysph_boiling.schemes.effects import Cohesion, Oscillation, Venting, param
 
@@ -63,10 +64,10 @@ class BubbleSplit(BubbleRise):
 
     def check_bubbles(self, history):
         event = split(history)
-        assert event is not None, "the bubble did not split"
-        assert event.smaller >= PIECE[self.parameters.dim], f"the smaller daughter has {event.smaller} particles"
+        require(event is not None, "the bubble did not split")
+        require(event.smaller >= PIECE[self.parameters.dim], f"the smaller daughter has {event.smaller} particles")
         # vapour may grow or condense between two frames, and a splash may come off: less than a tenth
-        assert abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} of the volume of the bubble"
+        require(abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} of the volume of the bubble")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pysph_boiling.checks import NotChecked, require
 from pysph_boiling.examples.application import SceneApplication, SceneParameters
 from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, XSPHViscosity, param
@@ -78,17 +79,21 @@ class DamBreak(SceneApplication):
         """Largest relative distance of the front from the range of the experiments in the window [-]."""
         t, x, low, high = self.front()
         window = (t >= WINDOW[0]) & (t <= WINDOW[1]) & (x < self.parameters.tank - 0.1)
-        assert window.sum() >= 3, "too few outputs between the opening of the gate and the far wall"
+        if window.sum() < 3:
+            raise NotChecked("there are too few outputs between the opening of the gate and the far wall")
         return float(np.max(np.maximum(x / high - 1.0, 1.0 - x / low)[window]))
+
+    def check_from(self, p):
+        return min(p.duration, WINDOW[1] * math.sqrt(2.0 * p.width / 9.81))
 
     def check_final(self):
         lower, upper = self.box(self.parameters)
         fluid = self.scheme.arrays[0]
         for axis in "xyz"[:self.parameters.dim]:
             values, k = fluid.get(axis), "xyz".index(axis)
-            assert np.all((values > lower[k]) & (values < upper[k])), f"particles left the tank along {axis}"
+            require(np.all((values > lower[k]) & (values < upper[k])), f"particles left the tank along {axis}")
         error = self.front_error()
-        assert error <= FRONT_TOLERANCE, f"front is {error:.1%} outside the range of the experiments"
+        require(error <= FRONT_TOLERANCE, f"front is {error:.1%} outside the range of the experiments")
 
     def draw(self):
         from matplotlib.figure import Figure

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pysph_boiling.checks import require
 from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
@@ -127,16 +128,16 @@ class SteadyBoiling(SceneApplication):
         }
 
     def check_final(self):
-        self.check_ledger()
+        self.check_needs("nucleation", "bubbles", "venting")
         results, last = self.ledger.table(), self.ledger.rows[-1]
         departed = [n for _, n in self.departures]
-        assert departed, "no bubble left the base"
+        require(departed, "no bubble left the base")
         median = float(np.median(departed))
-        assert median >= 8, f"at detachment the median bubble has {median:g} particles; it must have at least 8"
+        require(median >= 8, f"at detachment the median bubble has {median:g} particles; it must have at least 8")
         vented = last["n_bubbles_vented"]
-        assert vented >= 5, f"{vented:g} bubbles reached the surface; at least 5 must"
+        require(vented >= 5, f"{vented:g} bubbles reached the surface; at least 5 must")
         single = np.sum(results["n_single_bubbles"]) / np.sum(results["n_bubbles"])
-        assert single < 0.3, f"{single:.0%} of the bubbles are single particles"
+        require(single < 0.3, f"{single:.0%} of the bubbles are single particles")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ Command     pysph-boiling run superheat_sites --sites 16
 """
 from dataclasses import dataclass
 
+from pysph_boiling.checks import require
 from pysph_boiling.examples.steady_boiling import SteadyBoiling, SteadyBoilingParameters
 from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 
@@ -34,14 +35,14 @@ class SuperheatSites(SteadyBoiling):
         return scheme
 
     def check_final(self):
-        self.check_ledger()
+        self.check_needs("phases")
         superheated, last = self.ledger.table()["n_superheated"], self.ledger.rows[-1]
         made = sum(last.get(name, 0.0) for name in ("n_nucleated", "n_burst", "n_emitted"))
-        assert made >= 10, f"{made:g} particles became vapour; at least 10 must"
+        require(made >= 10, f"{made:g} particles became vapour; at least 10 must")
         if self.scheme.effects["phases"].kinetic == "always":
-            assert not superheated.any(), "liquid is superheated where nothing hinders it from boiling"
+            require(not superheated.any(), "liquid is superheated where nothing hinders it from boiling")
         else:
-            assert superheated[len(superheated) // 2:].min() > 0, "no liquid is superheated"
+            require(superheated[len(superheated) // 2:].min() > 0, "no liquid is superheated")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import numpy as np
 
 from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.checks import CheckFailed
 from pysph_boiling.stress.case import simulate
 from pysph_boiling.stress.cases import all_cases
 from pysph_boiling.stress.judge import judge, load_bounds
@@ -187,7 +188,7 @@ def counts(rows):
 def stress(arguments):
     """Run the cases, print the table, and return its rows.
 
-    Errors: ``ValueError`` for an unknown case, with the known ones; ``AssertionError`` if a case fails.
+    Errors: ``ValueError`` for an unknown case, with the known ones; ``CheckFailed`` if a case fails.
     """
     from rich.console import Console
     from rich.table import Table
@@ -233,5 +234,5 @@ def stress(arguments):
         Path(options.markdown).write_text(page(rows, bounds, " --quick" if options.quick else ""), encoding="utf-8")
     failed = [row.case for row in rows if row.verdict == "fails"]
     if failed:
-        raise AssertionError(f"{len(failed)} of {len(rows)} cases: {', '.join(failed)}")
+        raise CheckFailed(f"{len(failed)} of {len(rows)} cases: {', '.join(failed)}")
     return rows

@@ -1,0 +1,95 @@
+"""Checks of a run: of our own, never switched off, made where the run can tell; the closing lines come all the same."""
+import ast
+import os
+import subprocess
+import sys
+from io import StringIO
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import pysph_boiling
+from pysph_boiling.checks import CheckFailed
+from pysph_boiling.cli import scene_class, scenes
+from pysph_boiling.examples.application import SceneApplication
+from pysph_boiling.examples.dam_break import DamBreak
+from pysph_boiling.examples.heated_slab import HeatedSlab
+
+PACKAGE = Path(pysph_boiling.__file__).parent
+STRICT = ("--tolerance", "1e-9", "--no-pictures")  # of heated_slab: no run keeps it
+FORMS = [(name, variant) for name in scenes() if issubclass(scene_class(name), SceneApplication)
+         for variant in (None, *scene_class(name).variants)]
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_no_check_is_an_assert_statement(path):
+    found = [node.lineno for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Assert)]
+    assert not found, f"python -O leaves out what stands in {path} at lines {found}"
+
+
+def test_optimised_python_makes_the_final_check(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-O", "-m", "pysph_boiling", "run", "heated_slab", *STRICT, "-d", str(tmp_path)],
+        capture_output=True, text=True, check=False, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    assert done.returncode == 1 and "the final check failed: L2 error" in done.stderr
+    assert "ledger: energy residual" in done.stdout and "60 rows" in done.stdout, "the closing lines are lost"
+
+
+def test_a_failed_check_is_ours_and_a_sweep_goes_on(tmp_path, capsys):
+    outcomes = []
+    for number, options in enumerate((STRICT, STRICT[2:])):
+        try:
+            HeatedSlab().run([*options, "-d", str(tmp_path / str(number))])
+        except CheckFailed as error:
+            outcomes.append(str(error))
+        else:
+            outcomes.append(None)
+        assert "ledger: energy residual" in capsys.readouterr().out
+        assert (tmp_path / str(number) / "results.npz").exists()
+    assert outcomes[0].startswith("L2 error of the temperature") and outcomes[1] is None
+
+
+def test_short_run_is_told_and_not_failed(tmp_path, capsys):
+    DamBreak().run(["--quick", "--tf", "0.1", "--no-pictures", "-d", str(tmp_path)])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "final check not made: the run ended at t = 0.1 s, and what it must show takes 0.798" in said
+    assert "results.npz (" in said and "6 particle files" in said
+
+
+def checked(application, t, table, lost=0):
+    """What a run of this application says of itself at ``t`` [s], with these results."""
+    said = StringIO()
+    application.solver = SimpleNamespace(t=t, count=1)
+    application.ledger = SimpleNamespace(table=lambda: table, lost=lambda arrays: lost, rows=[])
+    application.check(Console(file=said, width=1000))
+    return said.getvalue()
+
+
+@pytest.mark.parametrize(("name", "variant"), FORMS)
+def test_no_scene_fails_for_being_short(name, variant):
+    application = scene_class(name)()
+    application.resolve([] if variant is None else [f"--{variant}"])
+    standard = application.parameters.duration
+    for share in (1e-3, 0.02):
+        assert "final check not made: " in checked(application, share * standard, {})
+    if name != "heated_slab":  # which says itself how far the heat must have come
+        assert 0.5 * standard < application.check_from(application.parameters) <= standard
+
+
+def test_rounded_sums_pass_and_losses_do_not():
+    application = HeatedSlab()
+    application.resolve([])
+
+    def at(mass=0.0, energy=0.0, lost=0, T=300.0):
+        table = {"mass_residual": np.array([0.0, mass]), "energy_residual": np.array([energy, 0.0]), "T": np.array([T])}
+        return checked(application, 0.1, table, lost)
+
+    for rounded in (dict(mass=1.5e-16), dict(mass=-9e-13), dict(energy=9e-11)):
+        assert "not made" in at(**rounded)
+    for wrong, said in ((dict(mass=-1.1e-12), "mass does not close"), (dict(energy=1.1e-10), "energy does not close"),
+                        (dict(lost=1), "1 particles are lost"), (dict(T=np.nan), "NaN or Inf")):
+        with pytest.raises(CheckFailed, match=said):
+            at(**wrong)
