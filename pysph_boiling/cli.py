@@ -10,6 +10,7 @@ import warnings
 from functools import partial
 
 from pysph_boiling.checks import CheckFailed
+from pysph_boiling.names import nearest, unknown
 from pysph_boiling.threads import wait_briefly
 
 __all__ = ["main", "scene_class", "scenes"]
@@ -25,7 +26,7 @@ def scenes():
 def scene_class(name):
     """The application class of a scene. Raises ``ValueError`` with the known names."""
     if name not in scenes():
-        raise ValueError(f"no scene '{name}'; there are: {', '.join(scenes())}")
+        raise unknown("scene", name, scenes())
     module = importlib.import_module(f"pysph_boiling.examples.{name}")
     from pysph.solver.application import Application
 
@@ -96,13 +97,15 @@ def run(arguments):
         raise ValueError(f"which scene? One of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
     from pysph_boiling.examples.application import SceneApplication
+    from pysph_boiling.schemes.cache import checked
 
     app = scene_class(name)()
     if app.num_procs > 1 and not isinstance(app, SceneApplication):
         raise ValueError(f"{name} is a scheme of PySPH's in a periodic domain, which has no ghosts on ranks: run "
                          "it on one")
     app.arg_parse.prog = f"pysph-boiling run {name}"
-    app.run(openmp_arguments(rest, app.num_procs) + rest)
+    with checked():
+        app.run(openmp_arguments(rest, app.num_procs) + rest)
 
 
 def reproduce(arguments):
@@ -163,7 +166,7 @@ def main(argv=None):
         print(USAGE, end="")
         return 0
     if command not in commands:
-        print(f"pysph-boiling: no command '{command}'\n{USAGE}", end="", file=sys.stderr)
+        print(f"pysph-boiling: no command '{command}'{nearest(command, commands)}\n{USAGE}", end="", file=sys.stderr)
         return 2
     try:
         commands[command](rest)

@@ -9,6 +9,8 @@ import numpy as np
 from pysph.base.nnps import LinkedListNNPS
 from pysph.base.utils import get_particle_array
 
+from pysph_boiling.names import whole_number
+
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
     "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array", "sites_on_base",
@@ -75,11 +77,15 @@ PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every ar
 
 
 def add_properties(pa, properties):
-    """Add each :class:`Property` that ``pa`` lacks; those that carry state also become output properties."""
+    """Add each :class:`Property` that ``pa`` lacks; those that carry state also become output properties.
+
+    The list of output properties becomes the array's own: PySPH's schemes give one list to several arrays.
+    """
     for prop in properties:
         if prop.name not in pa.properties:
             pa.add_property(prop.name, type=prop.kind)
-    pa.add_output_arrays([prop.name for prop in properties if prop.state])
+    states = [prop.name for prop in properties if prop.state]
+    pa.set_output_arrays(list(dict.fromkeys([*pa.output_property_arrays, *states])))
 
 
 def _check_points(name, points, spacing):
@@ -208,6 +214,7 @@ def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, h
 
     ``heated_fraction``: the middle part of the floor's first layer, by width, that is a heater.
     """
+    layers = whole_number("layers", layers, low=1)
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
     counts = np.round((upper - lower) / spacing).astype(int)
     axes = [lower[k] + spacing * (np.arange(-layers, counts[k] + (layers if k < dim - 1 else 0)) + 0.5)
@@ -230,7 +237,7 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
 
     In 2-D the section of a cylinder is a box: use :func:`box_vessel`.
     """
-    points = []
+    layers, points = whole_number("layers", layers, low=1), []
     for layer in range(layers):
         ring_radius = radius + (layer + 0.5) * spacing
         n = int(np.ceil(2.0 * np.pi * ring_radius / spacing))
@@ -254,8 +261,7 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid); ``"random"`` draws them from
     ``seed``, each within its own cell of that grid, so that two sites never coincide.
     """
-    if count < 1 or int(count) != count:
-        raise ValueError(f"the number of nucleation sites must be a whole number >= 1, got {count}")
+    count = whole_number("the number of nucleation sites", count, low=1)
     if pattern not in ("regular", "random"):
         raise ValueError(f"pattern of sites must be 'regular' or 'random', got {pattern!r}")
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
@@ -267,7 +273,7 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     unit = place[:, :2].copy()
     if pattern == "random":
         unit += place[:, 2:] * np.random.default_rng(seed).uniform(-0.35, 0.35, unit.shape)
-    points = np.zeros((int(count), 3))
+    points = np.zeros((count, 3))
     points[:, 0] = lower[0] + unit[:, 0] * (upper - lower)[0]
     if dim == 3:
         points[:, 1] = lower[1] + unit[:, 1] * (upper - lower)[1]

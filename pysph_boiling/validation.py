@@ -27,6 +27,7 @@ from pysph_boiling import __version__, markdown
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.checks import CheckFailed
 from pysph_boiling.examples.application import processor
+from pysph_boiling.names import unknown, whole_number
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
 
@@ -247,7 +248,8 @@ def validate(arguments):
     known, console = cases(), Console()
     for name in options.case:
         if name not in known:
-            raise ValueError(f"no case '{name}'; there are: {', '.join(known)}")
+            raise unknown("case", name, known)
+    whole_number("--jobs", options.jobs, low=1)
     if options.list:
         table = Table("case", "title", "rows")
         for name, folder in known.items():
@@ -259,7 +261,7 @@ def validate(arguments):
     names = list(dict.fromkeys(options.case or known))
     asked = [(known[name], options.quick, root / "images" / f"validation_{name}.png") for name in names]
     records = {} if options.quick else stored(root / "validation.json")
-    with ProcessPoolExecutor(max(1, options.jobs), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
         for name, (own, seconds) in zip(names, (pool.map if options.jobs > 1 else map)(timed, *zip(*asked))):
             records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
             write_json(root / "validation.json", {case: {**one, "rows": [asdict(row) for row in one["rows"]]}

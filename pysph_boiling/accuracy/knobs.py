@@ -6,6 +6,7 @@ they are asked for, since each brings its scene along.
 import itertools
 from dataclasses import dataclass, fields, replace
 
+from pysph_boiling.names import unknown
 from pysph_boiling.schemes.quality import QUALITIES
 
 __all__ = ["STUDIES", "Study", "Trend", "along", "changed", "fixed_sweeps", "studies", "together", "told"]
@@ -350,5 +351,5 @@ def studies(quick, keys=None):
     """The :class:`Study` s, all or those named. Raises ``ValueError`` for an unknown one, with the known ones."""
     for key in keys or ():
         if key not in STUDIES:
-            raise ValueError(f"no study '{key}'; there are: {', '.join(STUDIES)}")
+            raise unknown("study", key, STUDIES)
     return [make(quick) for key, make in STUDIES.items() if not keys or key in keys]

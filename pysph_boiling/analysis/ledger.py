@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects import Column, gather, total
@@ -97,9 +98,7 @@ class Ledger(Tool):
     """
 
     def __init__(self, scheme, every=1, path=None):
-        if every < 1:
-            raise ValueError(f"results-every must be >= 1 step, got {every}")
-        self.scheme, self.every, self.path = scheme, int(every), path
+        self.scheme, self.every, self.path = scheme, whole_number("every", every, low=1, unit="step"), path
         self.scene = scheme.scene()
         self.flows = scheme.gather("flows")
         self.thermal = "heat" in scheme.effects

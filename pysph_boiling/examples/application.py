@@ -55,8 +55,6 @@ class SceneParameters:
 
     def __post_init__(self):
         check_parameters(self, "scene")
-        if self.substeps is not None:
-            object.__setattr__(self, "substeps", int(self.substeps))
 
 
 def upright_box(p, width, height):
@@ -303,10 +301,10 @@ class SceneApplication(Application):
                                   help=f"the scene's '{name}' form")
         for spec in dataclasses.fields(self.Parameters):
             meta = spec.metadata
-            kind = type(spec.default) if isinstance(spec.default, (int, float, str)) else float
             unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
-            group.add_argument(f"--{spec.name.replace('_', '-')}", dest=f"scene.{spec.name}", type=kind, default=None,
-                               choices=meta["choices"], metavar=None if meta["choices"] else spec.name.upper(),
+            group.add_argument(f"--{spec.name.replace('_', '-')}", dest=f"scene.{spec.name}", type=spec.type,
+                               default=None, choices=meta["choices"],
+                               metavar=None if meta["choices"] else spec.name.upper(),
                                help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(

@@ -7,6 +7,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.names import unknown
 from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import origin, write_page
 from pysph_boiling.reproduce.report import take_up, write_report
@@ -48,7 +49,7 @@ def reproduce(arguments):
     options = parser.parse_args(arguments)
     for key in options.figure:
         if key not in known:
-            raise ValueError(f"no figure '{key}'; there are: {', '.join(known)}")
+            raise unknown("figure", key, known)
     if options.jobs is not None and not 1 <= options.jobs <= (os.cpu_count() or 1):
         raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
     if options.report and (options.quick or Path(options.report).suffix != ".md"):

@@ -14,6 +14,7 @@ from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
 from pysph_boiling.device import largest, values
+from pysph_boiling.names import whole_number
 from pysph_boiling.particles import fill
 from pysph_boiling.schemes import ranks
 
@@ -296,7 +297,7 @@ class HeatClock(Tool):
     """
 
     def __init__(self, arrays, evaluations=1):
-        self.arrays, self.evaluations = list(arrays), int(evaluations)
+        self.arrays, self.evaluations = list(arrays), whole_number("evaluations", evaluations, low=1)
         for pa in self.arrays:
             if "heat_dt" not in pa.constants:
                 raise ValueError(f"array '{pa.name}' has no constant heat_dt [s]: add it when the array is made")

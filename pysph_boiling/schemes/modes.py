@@ -4,6 +4,7 @@
 """
 from dataclasses import dataclass, field
 
+from pysph_boiling.names import unknown
 from pysph_boiling.schemes.effects import SiteStorage
 
 __all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites"]
@@ -58,7 +59,7 @@ def effects_in_mode(mode, effects):
     Raises ``ValueError`` for an unknown mode and for a scene without what the mode changes.
     """
     if mode not in MODES:
-        raise ValueError(f"mode must be one of {', '.join(MODES)}; got {mode!r}")
+        raise unknown("mode", mode, MODES)
     row = MODES[mode]
     for slot in row.needs:
         if slot not in effects:

@@ -7,7 +7,7 @@ __all__ = ["add_options", "apply_options", "option_table"]
 
 
 def option_table(slots):
-    """Rows (slot, field name, flag, metadata, default) of every parameter of every effect in ``slots``."""
+    """Rows (slot, field name, flag, field) of every parameter of every effect in ``slots``."""
     rows, seen = [], set()
     for slot in slots:
         for cls in EFFECTS[slot]:
@@ -15,7 +15,7 @@ def option_table(slots):
                 flag = f"--{slot}.{spec.name.replace('_', '-')}"
                 if "unit" in spec.metadata and flag not in seen:
                     seen.add(flag)
-                    rows.append((slot, spec.name, flag, spec.metadata, spec.default))
+                    rows.append((slot, spec.name, flag, spec))
     return rows
 
 
@@ -32,14 +32,8 @@ def _numbers(text):
 _boolean.__name__, _numbers.__name__ = "yes or no", "numbers separated by commas"  # argparse: invalid ... value
 
 
-def _parser_type(default):
-    if isinstance(default, bool):
-        return _boolean
-    if isinstance(default, tuple):
-        return _numbers
-    if isinstance(default, str):
-        return str
-    return int if isinstance(default, int) else float
+def _parser_type(spec):
+    return {bool: _boolean, int: int, str: str, float: float}.get(spec.type, _numbers)
 
 
 def _help(meta, default):
@@ -60,10 +54,10 @@ def add_options(group, slots):
         group.add_argument(f"--{slot}", dest=f"{slot}.on", action="store_true", default=None, help=f"with {titles}")
         group.add_argument(f"--no-{slot}", dest=f"{slot}.on", action="store_false", default=None,
                            help=f"without {titles}")
-    for slot, name, flag, meta, default in option_table(slots):
-        group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(default), default=None,
-                           choices=meta["choices"], metavar=None if meta["choices"] else name.upper(),
-                           help=_help(meta, default))
+    for slot, name, flag, spec in option_table(slots):
+        choices = spec.metadata["choices"]
+        group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(spec), default=None, choices=choices,
+                           metavar=None if choices else name.upper(), help=_help(spec.metadata, spec.default))
 
 
 def apply_options(options, effects, slots):

@@ -7,6 +7,7 @@ from pysph.base.kernels import CubicSpline
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
+from pysph_boiling.names import unknown, whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
@@ -16,7 +17,7 @@ from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
-from pysph_boiling.schemes.stages import STAGES, build_stage
+from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
 
 __all__ = ["PBFScheme"]
 
@@ -51,7 +52,7 @@ class PBFScheme(Scheme):
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
                  quality="standard", density=_DEFAULT, **effects):
-        if dim not in (2, 3):
+        if isinstance(dim, float) or dim not in (2, 3):
             raise ValueError(f"dim must be 2 or 3, got {dim!r}")
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
             if not (np.isscalar(value) and math.isfinite(value) and value > 0.0):
@@ -87,7 +88,7 @@ class PBFScheme(Scheme):
         """Put effects into their slots; ``None`` empties a slot. Raises ``ValueError`` for a slot that is unknown."""
         for slot, effect in effects.items():
             if slot not in self.slots:
-                raise ValueError(f"{type(self).__name__} has no effect '{slot}'; it knows {', '.join(self.slots)}")
+                raise unknown(f"effect in {type(self).__name__}:", slot, self.slots)
             if effect is None:
                 self.effects.pop(slot, None)
             elif not isinstance(effect, tuple(EFFECTS[slot])):
@@ -100,7 +101,7 @@ class PBFScheme(Scheme):
     def set_quality(self, name):
         """Take time step and density sweeps from a preset. Raises ``ValueError`` for a name that is unknown."""
         if name not in QUALITIES:
-            raise ValueError(f"quality must be one of {', '.join(QUALITIES)}; got {name!r}")
+            raise unknown("quality", name, QUALITIES)
         quality = QUALITIES[name]
         self.share = quality.share
         self.set_effects(density=quality.density)
@@ -173,10 +174,11 @@ class PBFScheme(Scheme):
         if dt is None:
             if substeps is None:
                 substeps = max(1, math.ceil(frame / self.time_step()))
-            if not (frame > 0.0 and substeps >= 1):
-                raise ValueError(f"frame must be > 0 s and substeps >= 1, got {frame} s and {substeps}")
+            if not frame > 0.0:
+                raise ValueError(f"frame must be > 0 s, got {frame} s")
+            substeps = whole_number("substeps", substeps, low=1)
             dt = frame / substeps
-            kw.setdefault("pfreq", int(substeps))
+            kw.setdefault("pfreq", substeps)
         if not (math.isfinite(dt) and dt > 0.0):
             raise ValueError(f"time step must be > 0 s, got {dt} s")
         self.dt = dt
@@ -193,12 +195,14 @@ class PBFScheme(Scheme):
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
             limits["sweeps"] = (self.effects["density"].min_sweeps, MORE * self.effects["density"].max_sweeps)
-        effect_hooks = [effect.hooks(scene) for effect in self.effects.values()]
+        effect_hooks = {slot: effect.hooks(scene) for slot, effect in self.effects.items()}
+        needs = {slot: effect.conditions(scene) for slot, effect in self.effects.items()}
+        check_places(terms, effect_hooks, needs)
 
         def hooks(place, spec):
             if spec.refresh:
                 yield GhostRefresh(self.ghosts, spec.refresh)
-            for table in effect_hooks:
+            for table in effect_hooks.values():
                 if place in table:
                     yield lambda hook=table[place]: hook(self.arrays)
 
@@ -210,8 +214,8 @@ class PBFScheme(Scheme):
             heat_limit = self.effects["heat"].step_limit(scene)
             step_limit = self.effects["heat"].subcycle_share * self.material.L
         conditions = {}
-        for effect in self.effects.values():
-            for name, needed in effect.conditions(scene).items():
+        for table in needs.values():
+            for name, needed in table.items():
                 conditions.setdefault(name, []).append(needed)
         if self.integrator is None:
             raise RuntimeError("call configure_solver before get_equations")

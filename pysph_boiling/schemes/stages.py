@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from pysph.sph.equation import Equation, Group
 
-__all__ = ["STAGES", "Block", "GroupSpec", "Stage", "Term", "build_stage"]
+from pysph_boiling.names import unknown
+
+__all__ = ["PLACES", "STAGES", "Block", "GroupSpec", "Stage", "Term", "build_stage", "check_places"]
 
 
 class Term(NamedTuple):
@@ -109,6 +111,35 @@ STAGES = (
         )),
     )),
 )
+
+
+PLACES = {f"{stage.name}.{spec.name}": stage.name for stage in STAGES for block in stage.blocks
+          for spec in block.groups}  # place -> its stage
+
+
+def check_places(terms, hooks, conditions):
+    """Raise ``ValueError`` for a place or stage that does not exist, or that nothing is built at.
+
+    ``terms`` are all of a scheme; ``hooks`` and ``conditions`` map the slot of an effect to its places and stages.
+    """
+    for term in terms:
+        if term.place not in PLACES:
+            raise unknown(f"place for {type(term.equation).__name__} of effect '{term.owner}':", term.place, PLACES)
+    built = {term.place for term in terms}
+    for slot, places in hooks.items():
+        for place in places:
+            if place not in PLACES:
+                raise unknown(f"place for a hook of effect '{slot}':", place, PLACES)
+            if place not in built:
+                raise ValueError(f"effect '{slot}' hooks on '{place}', which has no equations here: the hook would "
+                                 "never run")
+    stages = dict.fromkeys(PLACES.values())
+    for slot, names in conditions.items():
+        for name in names:
+            if name not in stages:
+                raise unknown(f"stage for a condition of effect '{slot}':", name, stages)
+            if name not in {PLACES[place] for place in built}:
+                raise ValueError(f"effect '{slot}' has a condition for the stage '{name}', which has no equations here")
 
 
 class Hooks(list):

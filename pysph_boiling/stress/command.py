@@ -12,6 +12,7 @@ import numpy as np
 from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.checks import CheckFailed
+from pysph_boiling.names import unknown
 from pysph_boiling.stress.case import simulate
 from pysph_boiling.stress.cases import all_cases
 from pysph_boiling.stress.judge import judge, load_bounds
@@ -204,7 +205,7 @@ def stress(arguments):
     bounds, known = load_bounds(), all_cases()
     for pattern in options.case:
         if not fnmatch.filter(known, pattern):
-            raise ValueError(f"no case '{pattern}'; there are: {', '.join(known)}")
+            raise unknown("case", pattern, known)
     if not 1 <= options.jobs <= (os.cpu_count() or 1):
         raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
     chosen = [case for name, case in known.items()

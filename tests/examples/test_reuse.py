@@ -1,11 +1,14 @@
 """Our heat equations as guests of PySPH's own schemes: both examples run to their end, and their checks can fail."""
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pysph.examples.dam_break_2d import DamBreak2D
 from pysph.sph import scheme as pysph_schemes
 
 from pysph_boiling import cli
+from pysph_boiling.analysis.files import last_output, read_output
 from pysph_boiling.equations import heat
 from pysph_boiling.examples import reuse_wcsph
 
@@ -67,3 +70,54 @@ def test_final_check_fails_on(app, prop, change, message):
         app.check_final()
     values[:] = kept
     app.check_final()
+
+
+# --- the snippet of the README, in PySPH's dam break with its wall ----------------------------------------------------
+
+def snippet():
+    """The README's code for another scheme, in its parts: imports, create_particles, create_equations, create_tools."""
+    text = (Path(__file__).parents[2] / "README.md").read_text()
+    section = text[text.index("## One equation in another scheme"):]
+    parts = re.search("```python\n(.*?)```", section, re.S)[1].split("\n\n")
+    assert len(parts) == 4
+    return parts
+
+
+class GuestInDamBreak(DamBreak2D):
+    """PySPH's dam break with the README's lines where the README says that they go."""
+
+    def lines(self, number, **names):
+        parts = snippet()
+        exec(parts[0], names)
+        exec(parts[number], names)
+        return names
+
+    def create_particles(self):
+        particles = super().create_particles()
+        self.fluid, self.wall = particles
+        self.lines(1, fluid=self.fluid)
+        self.fluid.e[:] = 4186.0 * 50.0 * (self.fluid.x > 0.5)  # half of the water is 50 K hotter
+        return particles
+
+    def create_equations(self):
+        equations = self.lines(2, equations=super().create_equations())["equations"]
+        for number, group in enumerate(equations):  # named, so that PySPH's cache serves the next session
+            group.name = f"group{number}"
+        return equations
+
+    def create_tools(self):
+        return self.lines(3, fluid=self.fluid)["tools"]
+
+
+def test_snippet_of_the_readme_in_a_scheme_with_a_wall(tmp_path):
+    application = GuestInDamBreak(fname="dam_break_2d", output_dir=str(tmp_path))
+    application.run(["--openmp", "--max-steps", "20", "-d", str(tmp_path), "--loglevel", "none"])
+    arrays, data = read_output(last_output(tmp_path))
+    fluid, wall = arrays["fluid"], arrays["boundary"]
+    assert data["count"] == 20 and {"e", "T"} <= set(fluid.output_property_arrays)
+    assert not {"e", "T"} & set(wall.output_property_arrays) and "au" in wall.properties
+    middle = np.abs(fluid.x - 0.5) < 0.1  # more than a support of the kernel on both sides
+    assert np.ptp(fluid.T[~middle]) == pytest.approx(50.0, rel=1e-3)  # away from the border between hot and cold
+    moved = fluid.e - 4186.0 * 50.0 * (fluid.x > 0.5)
+    assert 1e-3 < np.max(np.abs(moved[middle])) < 0.1  # J/kg, measured .013: heat has crossed the border
+    assert abs(np.sum(moved)) < 1e-12 * np.sum(fluid.e)

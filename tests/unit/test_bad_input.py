@@ -5,8 +5,13 @@ import sets
 from pysph.base.kernels import CubicSpline
 
 from pysph_boiling import cli
+from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.examples.application import SceneParameters
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, site_array
 from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import Buoyancy, SiteStorage, Venting
+from pysph_boiling.schemes.integrator import HeatClock
+from pysph_boiling.schemes.modes import effects_in_mode
 
 DX = 0.01
 COMMANDS = [
@@ -23,6 +28,11 @@ COMMANDS = [
     ("run dam_break --frame 0", "scene.frame must be > 0.0 s, got 0.0 s"),
     ("run dam_break --tf -1", "scene.duration must be > 0.0 s, got -1.0 s"),
     ("run dam_break --substeps 0", "scene.substeps must be >= 1, got 0"),
+    ("run dam_break --substeps 3.5", "argument --substeps: invalid int value: '3.5'"),
+    ("run superheat_sites --mode li_xiao --storage.n-emit 7.5", "argument --storage.n-emit: invalid int value: '7.5'"),
+    ("run dam_brek", "no scene 'dam_brek'; did you mean 'dam_break'? There are: bubble_"),
+    ("rnu dam_break", "no command 'rnu'; did you mean 'run'?"),
+    ("validate --jobs 0", "--jobs must be a whole number >= 1, got 0"),
     ("run dam_break --width 0.001", "particle array 'fluid' is empty: a scene needs at least one particle"),
     ("run steady_boiling --seed -1", "scene.seed must be >= 0, got -1"),
     ("run steady_boiling --superheat 300", "scene.superheat must be <= 250.0 K, got 300.0 K"),
@@ -189,8 +199,21 @@ def test_temperature_is_refused(T):
     (lambda: sets.WATER_1ATM.with_(L=0.0), "L of water at 1 atm must be > 0 J/kg, got 0.0"),
     (lambda: sets.WATER_1ATM.with_(T_crit=300.0), "T_sat must be below T_crit = 300.0 K, got 373.15 K"),
     (lambda: scene()[0].configure_solver(dt=0.0), "time step must be > 0 s, got 0.0 s"),
-    (lambda: scene()[0].configure_solver(frame=0.1, substeps=0), "frame must be > 0 s and substeps >= 1"),
-    (lambda: scene()[0].configure_solver(frame=-0.1), "frame must be > 0 s and substeps >= 1"),
+    (lambda: scene()[0].configure_solver(frame=0.1, substeps=0), "substeps must be a whole number >= 1, got 0"),
+    (lambda: scene()[0].configure_solver(frame=0.1, substeps=3.5), "substeps must be a whole number >= 1, got 3.5"),
+    (lambda: scene()[0].configure_solver(frame=-0.1), "frame must be > 0 s, got -0.1 s"),
+    (lambda: SceneParameters(substeps=3.5), "scene.substeps must be a whole number, got 3.5"),
+    (lambda: SiteStorage(n_emit=7.5), "storage.n_emit must be a whole number, got 7.5"),
+    (lambda: HeatClock([], evaluations=1.5), "evaluations must be a whole number >= 1, got 1.5"),
+    (lambda: Ledger(scene()[0], every=2.5), "every must be a whole number >= 1 step, got 2.5"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2.0, spacing=DX), "dim must be 2 or 3, got 2.0"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, quality="standart"),
+     "no quality 'standart'; did you mean 'standard'"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, viscos=None),
+     "no effect in BoilingScheme: 'viscos'; did you mean 'viscosity'"),
+    (lambda: Buoyancy(form="papper"), "buoyancy.form must be one of .*; got 'papper'; did you mean 'paper'"),
+    (lambda: Venting().replaced(mod="lid"), "has no parameter mod; did you mean 'mode'"),
+    (lambda: effects_in_mode("dinamic", {}), "no mode 'dinamic'; did you mean 'dynamic'"),
 ], ids=lambda value: value if isinstance(value, str) else "")
 def test_argument_is_refused(build, message):
     with pytest.raises(ValueError, match=message):

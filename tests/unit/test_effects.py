@@ -6,6 +6,7 @@ import argparse
 import dataclasses
 import math
 import warnings
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.options import add_options, apply_options, option_table
 from pysph_boiling.schemes.pbf import PBFScheme
 from pysph_boiling.schemes.solver import lean, vector_tag
-from pysph_boiling.schemes.stages import STAGES
+from pysph_boiling.schemes.stages import PLACES, STAGES, Term
 
 DX = 0.01
 FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6),
@@ -227,8 +228,9 @@ def test_missing_effect_is_named(slot, needed):
 
 
 @pytest.mark.parametrize(("build", "message"), [
-    (lambda: make(effects=dict(drags=Drag())), "BoilingScheme has no effect 'drags'; it knows density, container"),
-    (lambda: make(PBFScheme, dict(heat=HeatConduction())), "PBFScheme has no effect 'heat'; it knows density"),
+    (lambda: make(effects=dict(drags=Drag())), "no effect in BoilingScheme: 'drags'; did you mean 'drag'"),
+    (lambda: make(PBFScheme, dict(heat=HeatConduction())),
+     "no effect in PBFScheme: 'heat'; there are: density, container"),
     (lambda: make(effects=dict(heat=Drag())), "effect 'heat' must be HeatConduction or None, got Drag"),
     (lambda: make(effects=dict(container=Drag())), "must be BoxContainer or CylinderContainer or None"),
     (lambda: Drag().replaced(speed=1.0), "drag between phases has no parameter speed"),
@@ -285,7 +287,7 @@ def another(cls, spec):
             plain(cls).replaced(**{spec.name: value})
         except ValueError:
             continue
-        if value != spec.default and not (isinstance(spec.default, int) and isinstance(value, float)):
+        if value != spec.default and not (spec.type is int and isinstance(value, float)):
             return str(value), value
     raise AssertionError(f"no value found for {cls.slot}.{spec.name}")
 
@@ -398,6 +400,37 @@ def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_rea
     assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e",)
     assert found["phases_edges"] == ("phase", "T")
     assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)
+
+
+def test_groups_refresh_what_there_is():
+    """A misspelt name would refresh nothing, in silence."""
+    properties = {row.name for row in BASE_PROPERTIES}
+    for effects in (FULL, {"phases": PhaseChange(kinetic="never"), "storage": SiteStorage()}):
+        scene = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **{**FULL, **effects}).scene()
+        properties |= {row.name for effect in scene.effects.values() for row in effect.properties(scene)}
+    named = {name for stage in STAGES for block in stage.blocks for spec in block.groups for name in spec.refresh}
+    assert len(named) > 10 and named <= properties
+
+
+@pytest.mark.parametrize(("method", "given", "message"), [
+    ("terms", lambda: iter([Term("forces.summ", Mock())]),
+     "no place for Mock of effect 'drag': 'forces.summ'; did you mean 'forces.sum'?"),
+    ("terms", lambda: iter([Term("forces", Mock())]), "no place for Mock of effect 'drag': 'forces'"),
+    ("hooks", lambda: {"heat.updat": print}, "no place for a hook of effect 'drag': 'heat.updat'; did you mean"),
+    ("hooks", lambda: {"phases.emit": print}, "effect 'drag' hooks on 'phases.emit', which has no equations here"),
+    ("conditions", lambda: {"bubles": print},
+     "no stage for a condition of effect 'drag': 'bubles'; did you mean 'bubbles'"),
+    ("conditions", lambda: {"burst": print}, "condition for the stage 'burst', which has no equations here"),
+])
+def test_what_would_never_run_is_refused(monkeypatch, method, given, message):
+    monkeypatch.setattr(Drag, method, lambda *_: given())
+    with pytest.raises(ValueError, match=message):
+        make(effects=sets.BOIL)
+
+
+def test_places_are_those_of_the_stages():
+    assert len(PLACES) == sum(len(block.groups) for stage in STAGES for block in stage.blocks)
+    assert PLACES["forces.sum"] == "forces" and PLACES["bubbles.label"] == "bubbles"
 
 
 def test_refresh_returns_at_once_without_ghosts(monkeypatch):

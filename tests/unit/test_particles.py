@@ -240,3 +240,18 @@ def test_sites_reach_as_far_as_asked():
     assert sites.name == "sites" and sites.h[0] * 2.0 == pytest.approx(2.4 * DX, rel=1e-15)
     with pytest.raises(ValueError, match="reach of the sites must be > 0 m, got 0.0 m"):
         site_array([[0.0] * 3], reach=0.0, spacing=DX)
+
+
+def test_output_properties_of_one_array_are_its_own():
+    """PySPH's schemes give one list to several arrays: what is added to one must not be asked of another."""
+    fluid, wall = (fluid_block((0.0, 0.0), (2 * DX, 2 * DX), spacing=DX, dim=2, rho0=RHO0, name=name)
+                   for name in ("fluid", "wall"))
+    shared = ["x", "y", "rho"]
+    for pa in (fluid, wall):
+        pa.set_output_arrays(shared)
+    rows = [Property("e", "J/kg", "enthalpy", state=True), Property("x", "m", "position", state=True),
+            Property("k", "W/(m K)", "conductivity")]
+    add_properties(fluid, rows)
+    add_properties(fluid, rows)
+    assert fluid.output_property_arrays == ["x", "y", "rho", "e"]
+    assert wall.output_property_arrays == shared == ["x", "y", "rho"] and "e" not in wall.properties

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pysph_boiling.device import counted, values
+from pysph_boiling.names import nearest
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
@@ -112,7 +113,8 @@ def check_parameters(instance, label):
         name, unit = f"{label}.{spec.name}", "" if meta["unit"] == "-" else f" {meta['unit']}"
         if meta["choices"]:
             if value not in meta["choices"]:
-                raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}")
+                raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}"
+                                 f"{nearest(value, meta['choices'])}")
             continue
         if isinstance(spec.default, bool):
             if not isinstance(value, bool):
@@ -133,7 +135,7 @@ def check_parameters(instance, label):
             ):
                 if bad:
                     raise ValueError(f"{name} must {text}, got {number}{unit}")
-        if isinstance(spec.default, int) and not isinstance(numbers, tuple):
+        if spec.type is int:
             if numbers != int(numbers):
                 raise ValueError(f"{name} must be a whole number, got {value}")
             numbers = int(numbers)
@@ -163,9 +165,10 @@ class Effect:
 
     def replaced(self, **changes):
         """A copy with some parameters changed."""
-        unknown = changes.keys() - {spec.name for spec in dataclasses.fields(self)}
-        if unknown:
-            raise ValueError(f"{self.title} has no parameter {', '.join(sorted(unknown))}")
+        known = [spec.name for spec in dataclasses.fields(self)]
+        for name in changes:
+            if name not in known:
+                raise ValueError(f"{self.title} has no parameter {name}{nearest(name, known)}")
         return dataclasses.replace(self, **changes)
 
     def properties(self, scene) -> tuple[Property, ...]:

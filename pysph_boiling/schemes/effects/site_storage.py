@@ -33,13 +33,6 @@ class SiteStorage(Effect):
 
     N_EMIT: ClassVar[dict] = {2: 15, 3: 20}  # tuned: bubbles of this size leave their site
 
-    def __post_init__(self):
-        super().__post_init__()
-        if self.n_emit is not None:
-            if self.n_emit != int(self.n_emit):
-                raise ValueError(f"storage.n_emit must be a whole number, got {self.n_emit}")
-            object.__setattr__(self, "n_emit", int(self.n_emit))
-
     def number(self, scene):
         """Particles in an emitted bubble."""
         return self.n_emit if self.n_emit is not None else self.N_EMIT[scene.dim]
