@@ -12,13 +12,15 @@ import os
 import platform
 import re
 import shlex
+import signal
 import subprocess
 import sysconfig
+import time
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
 
-from compyle.ext_module import CONFIG_OPTS, get_openmp_flags
+from compyle.ext_module import CONFIG_OPTS
 from Cython.Compiler.Options import get_directive_defaults
 from pysph.solver.output import HDFOutput
 from pysph.solver.solver import Solver
@@ -28,6 +30,7 @@ from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import on_host, order_fluids, send
 from pysph_boiling.schemes import ranks
+from pysph_boiling.schemes.cache import CheckedModule, load_as
 
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
@@ -91,58 +94,88 @@ class LeanHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
         return super().compile(lean(code))
 
 
+class VectorModule(CheckedModule):
+    """A module compiled with :func:`vector_flags`, with and without OpenMP."""
+
+    def _get_extra_args(self):
+        compile_flags, link_flags = super()._get_extra_args()
+        return [*vector_flags(), *compile_flags], link_flags
+
+
 @contextmanager
 def vectorised():
     """PySPH compiles with :func:`vector_flags` inside this block, :func:`lean` modules without code to pickle kernels.
 
     Its cache knows a module by its source alone: sources must say which flags they are for, by :func:`vector_tag`.
     """
-    flags, directives, plain = vector_flags(), get_directive_defaults(), LeanHelper.__base__
+    directives, plain = get_directive_defaults(), LeanHelper.__base__
     before = directives["auto_pickle"]
     directives["auto_pickle"] = False  # a quarter of the compiler's work
     acceleration_eval_cython_helper.AccelerationEvalCythonHelper = LeanHelper
-    if flags:
-        compile_flags, link_flags = get_openmp_flags()
-        CONFIG_OPTS.update(OMP_CFLAGS=[*compile_flags, *flags], OMP_LINK=link_flags)
     try:
-        yield
+        with load_as(VectorModule):
+            yield
     finally:
         directives["auto_pickle"] = before
         acceleration_eval_cython_helper.AccelerationEvalCythonHelper = plain
-        if flags:
-            del CONFIG_OPTS["OMP_CFLAGS"], CONFIG_OPTS["OMP_LINK"]
 
 
-def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial"):
+def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial", say=CheckedModule.say):
     """Fill PySPH's cache of compiled modules for these equations, ``jobs`` at a time (all cores if not given).
 
-    ``mode`` is "mpi" where sums go over several ranks.
+    ``mode`` is "mpi" where sums go over several ranks. ``say`` is told what is compiled, before and after.
 
     A failed build is not reported here: PySPH builds again, in the process that can raise the error.
+    Errors: ``OSError`` where the cache cannot be written to.
     """
     compiler = SPHCompiler(make_acceleration_evals(arrays, equations, kernel, mode), integrator)
     if compiler.backend != "cython" or "fork" not in multiprocessing.get_all_start_methods():
         return
     helpers = compiler.acceleration_eval_helpers
     sources = [compiler._get_code(), *(helper.get_code() for helper in helpers[1:])]
-    context = multiprocessing.get_context("fork")
-    waiting = [context.Process(target=helper.compile, args=(source,)) for helper, source in zip(helpers, sources)]
+    names = list(getattr(integrator, "stages", ())) or [f"stage {number}" for number in range(len(sources))]
+    modules = [VectorModule.of(lean(source)) for source in sources]
+    missing = [number for number, module in enumerate(modules) if not module.whole()]
+    if not missing:
+        return
+    modules[missing[0]].check_writable()
+    jobs = min(jobs or os.cpu_count() or 1, len(missing))
+    say(f"compiling {len(missing)} of {len(sources)} stages ({', '.join(names[k] for k in missing)}), "
+        f"{jobs} at a time: 20 to 60 s each, once")
+    context, start = multiprocessing.get_context("fork"), time.perf_counter()
+    waiting = [context.Process(target=build, args=(helpers[k], sources[k]), name=names[k]) for k in missing]
     running = []
-    while waiting or running:
-        while waiting and len(running) < (jobs or os.cpu_count() or 1):
-            running.append(waiting.pop())
-            running[-1].start()
-        multiprocessing.connection.wait([process.sentinel for process in running])
-        running = [process for process in running if process.is_alive()]
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                running.append(waiting.pop(0))
+                running[-1].start()
+            multiprocessing.connection.wait([process.sentinel for process in running])
+            for process in [process for process in running if not process.is_alive()]:
+                running.remove(process)
+                done = "failed" if process.exitcode else "done"
+                say(f"  {process.name}: {done} after {time.perf_counter() - start:.0f} s")
+    finally:
+        for process in running:
+            process.terminate()
+
+
+def build(helper, source):
+    """Compile one module in a process of its own, which Ctrl-C ends without a word."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    VectorModule.announces = False
+    helper.compile(source)
 
 
 class StagedSolver(Solver):
     """PySPH's solver with its modules built side by side.
 
-    ``before_output`` is called before each particle file; ``reach`` is how far neighbour lists reach, in supports.
+    ``before_output`` is called before each particle file; ``reach`` is how far neighbour lists reach, in supports;
+    ``say`` is told what is compiled.
     """
 
     before_output = None
+    say = CheckedModule.say
     reach = 1.0
 
     def dump_output(self):
@@ -192,6 +225,6 @@ class StagedSolver(Solver):
         with vectorised():
             if ranks.rank() == 0:
                 build_side_by_side(particles, equations, kernel or self.kernel, self.integrator,
-                                   mode="mpi" if self.in_parallel else "serial")
+                                   mode="mpi" if self.in_parallel else "serial", say=self.say)
             ranks.wait()
             super().setup(particles, equations, nnps, kernel, fixed_h)

@@ -1,6 +1,8 @@
 """Modules are compiled for the vector unit and declare what they use; a user's own flags are left alone."""
 import pytest
 from compyle import ext_module
+from compyle.config import get_config
+from pysph.sph import acceleration_eval_cython_helper
 
 from pysph_boiling.schemes import solver
 
@@ -12,14 +14,24 @@ def asked_anew():
     solver.vector_flags.cache_clear()
 
 
-def test_flags_hold_inside_the_block_alone():
-    before = ext_module.get_openmp_flags()
+@pytest.mark.parametrize("openmp", [False, True])
+def test_modules_are_compiled_with_them_on_one_core_too(monkeypatch, openmp):
+    """--no-openmp was compiled with Python's own flags: twice as long, and sums that no vector unit adds up."""
+    monkeypatch.setattr(get_config(), "use_openmp", openmp)
     flags = solver.vector_flags()
     assert flags[:len(solver.REORDER)] == solver.REORDER  # gcc and clang both know them
+    compile_flags, link_flags = solver.VectorModule.of("# nothing")._get_extra_args()
+    assert tuple(compile_flags[:len(flags)]) == flags and ("-fopenmp" in compile_flags) == openmp
+    assert ("-fopenmp" in link_flags) == openmp
+
+
+def test_pysphs_own_module_is_back_after_the_block():
+    before = acceleration_eval_cython_helper.ExtModule, acceleration_eval_cython_helper.AccelerationEvalCythonHelper
     with pytest.raises(RuntimeError), solver.vectorised():
-        inside = ext_module.get_openmp_flags()
+        assert acceleration_eval_cython_helper.ExtModule is solver.VectorModule
         raise RuntimeError
-    assert inside == ([*before[0], *flags], before[1]) and ext_module.get_openmp_flags() == before
+    assert before == (acceleration_eval_cython_helper.ExtModule,
+                      acceleration_eval_cython_helper.AccelerationEvalCythonHelper)
 
 
 def test_tag_names_the_flags(monkeypatch):
@@ -34,8 +46,9 @@ def test_flags_of_the_user_are_left_alone(monkeypatch):
     monkeypatch.setitem(ext_module.CONFIG_OPTS, "OMP_CFLAGS", ["-fopenmp", "-O1"])
     monkeypatch.setitem(ext_module.CONFIG_OPTS, "OMP_LINK", ["-fopenmp"])
     assert solver.vector_flags() == () and solver.vector_tag() == ""
+    monkeypatch.setattr(get_config(), "use_openmp", True)
     with solver.vectorised():
-        assert ext_module.get_openmp_flags() == (["-fopenmp", "-O1"], ["-fopenmp"])
+        assert solver.VectorModule.of("# nothing")._get_extra_args() == (["-fopenmp", "-O1", "-O3"], ["-fopenmp"])
 
 
 def test_compiler_that_knows_no_such_flag_gets_none(monkeypatch):
