@@ -66,7 +66,7 @@ def test_unknown_property_is_refused(slab):
 
 def test_rows_every_n_steps_and_refused_zero(slab):
     heat, _, _ = slab
-    with pytest.raises(ValueError, match="results-every"):
+    with pytest.raises(ValueError, match="every must be a whole number >= 1 step, got 0"):
         Ledger(heat, every=0)
 
 
