@@ -32,7 +32,7 @@ def test_sweeps_that_are_given_are_kept():
 
 
 def test_unknown_quality_is_refused():
-    with pytest.raises(ValueError, match="quality must be one of draft, standard, reference; got 'best'"):
+    with pytest.raises(ValueError, match="no quality 'best'; there are: draft, standard, reference"):
         scheme(quality="best")
 
 
