@@ -279,7 +279,7 @@ def arrays_for(scheme, sites=((0.0, 0.0, 0.0),)):
 @pytest.mark.parametrize("mode, effects, words", [
     ("gu", {}, "mode 'gu' needs a scene with the effect 'phases'; this one has none"),
     ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'nucleation'; this one has phases"),
-    ("macklin", BOIL, "mode must be one of dynamic, gu, li_xiao; got 'macklin'"),
+    ("macklin", BOIL, "no mode 'macklin'; there are: dynamic, gu, li_xiao"),
 ])
 def test_scene_that_has_no_such_mode(mode, effects, words):
     with pytest.raises(ValueError, match=words):
