@@ -58,8 +58,8 @@ class Material:
         return replace(self, **changes)
 
 
-# IAPWS values of saturated liquid and vapour at 101.325 kPa to three digits, c_l, L, T_crit to four; T_sat is 100 degrees
-# Celsius, .026 K above the boiling point at that pressure. tests/unit/test_materials.py compares them with CoolProp.
+# IAPWS values of saturated liquid and vapour at 101.325 kPa to three digits, c_l, L, T_crit to four; T_sat is 100
+# degrees Celsius, .026 K above the boiling point at that pressure. A test compares them with CoolProp.
 WATER_1ATM = Material(
     name="water at 1 atm", T_sat=373.15, T_crit=647.1, rho_l=958.0, rho_v=0.598, c_l=4216.0, c_v=2077.0, k_l=0.677,
     k_v=0.0246, L=2.257e6, sigma=0.0589, mu_l=2.82e-4, mu_v=1.22e-5, beta=7.5e-4,

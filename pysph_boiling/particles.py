@@ -6,15 +6,15 @@ carries; each effect of :mod:`pysph_boiling.schemes.effects` lists the propertie
 from dataclasses import dataclass
 
 import numpy as np
-from pysph.base.nnps import LinkedListNNPS
+from pysph.base.nnps import DomainManager, LinkedListNNPS
 from pysph.base.utils import get_particle_array
 
 from pysph_boiling.names import whole_number
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array", "sites_on_base",
-    "wall_array",
+    "close_walls", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array",
+    "sites_on_base", "wall_array",
 ]
 
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
@@ -164,20 +164,27 @@ def lattice_density(kernel, *, dim, hdx):
     return total, squares
 
 
-def akinci_volume(points, kernel, *, h, dim):
+def akinci_volume(points, kernel, *, h, dim, domain=None):
     """Volumes 1 / sum_k W_bk [m^dim] of boundary particles (Akinci et al. 2012, eq. 4), shape (n,).
 
-    The sum runs over the boundary particles only, the particle itself included.
+    The sum runs over the boundary particles only, the particle itself included; ``domain`` is the ``DomainManager`` of
+    a periodic domain, in which it runs over their images too.
     """
     x, y, z = np.asarray(points, dtype=float).T / h  # PySPH crashes on a lone 2-D particle whose h is much below 1
-    pa = get_particle_array(name="boundary", x=x, y=y, z=z, h=1.0)
-    nnps = LinkedListNNPS(dim=dim, particles=[pa], radius_scale=kernel.radius_scale)
     volume = np.empty(len(x))
+    pa = get_particle_array(name="boundary", x=x, y=y, z=z, h=1.0)
+    if domain is not None:
+        manager = domain.manager
+        ends = {f"{axis}{end}": getattr(manager, f"{axis}{end}") / h for axis in "xyz" for end in ("min", "max")}
+        domain = DomainManager(**ends, **{f"periodic_in_{axis}": bool(getattr(manager, f"periodic_in_{axis}"))
+                                          for axis in "xyz"})
+    nnps = LinkedListNNPS(dim=dim, particles=[pa], radius_scale=kernel.radius_scale, domain=domain)
+    x, y, z = (pa.get(axis, only_real_particles=False) for axis in "xyz")
     from cyarray.carray import UIntArray
 
     found = UIntArray()
     cache = {}
-    for b in range(len(x)):
+    for b in range(len(volume)):
         nnps.get_nearest_particles(0, 0, b, found)
         near = found.get_npy_array()
         r = np.sqrt((x[near] - x[b]) ** 2 + (y[near] - y[b]) ** 2 + (z[near] - z[b]) ** 2)
@@ -190,23 +197,40 @@ def akinci_volume(points, kernel, *, h, dim):
     return volume
 
 
-def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None):
+def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, domain=None):
     """Boundary particles with Akinci volumes; their mass is rho0 times the volume.
 
     Measured on hydrostatic columns with two layers: the first fluid layer settles 0.46 (2-D) and 0.50 (3-D) spacings
     from the face, and the container is not needed to hold it.
 
-    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater.
+    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater; ``domain`` the
+    ``DomainManager`` of a periodic domain. Where it is not given, a scheme sets the masses right (:func:`close_walls`)
+    once the solver tells it the domain, before the first step.
     """
     points = _check_points(name, points, spacing)
     h = hdx * spacing
-    volume = akinci_volume(points, kernel, h=h, dim=dim)
+    volume = akinci_volume(points, kernel, h=h, dim=dim, domain=domain)
     x, y, z = points.T
     pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
     pa.add_property("heated", type="int")
     if heated is not None:
         pa.heated[:] = np.asarray(heated, dtype=int)
     return pa
+
+
+def close_walls(pa, *, kernel, dim, domain):
+    """Give a wall array the masses that it has in a periodic ``domain`` (PySPH's ``DomainManager``).
+
+    Masses that are not those of :func:`wall_array` without a domain stay: they are the user's own, or right already.
+    """
+    n = pa.get_number_of_particles(True)
+    points = np.stack([pa.get(axis, only_real_particles=True) for axis in "xyz"], -1)
+    h, rho, m = (pa.get(name, only_real_particles=True) for name in ("h", "rho", "m"))
+    if n == 0 or np.ptp(h) > 0.0:
+        return
+    alone = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim)
+    closed = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim, domain=domain)
+    m[:] = np.where(np.abs(m - alone) <= 1e-9 * alone, closed, m)
 
 
 def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):

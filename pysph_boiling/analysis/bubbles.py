@@ -32,15 +32,15 @@ class BubbleTable:
     deficit: np.ndarray
 
 
-def bubble_table(arrays, scene, period=(0.0, 0.0, 0.0)):
+def bubble_table(arrays, scene, period=None):
     """The :class:`BubbleTable` of fluid arrays with current labels.
 
-    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic: positions of a
-    bubble are then taken relative to one of its members, by the nearest image (a bubble must be shorter than half a
-    period).
+    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic, that of the scene
+    if not given: positions of a bubble are then taken relative to one of its members, by the nearest image (a bubble
+    must be shorter than half a period).
     """
     vapour = Vapour(arrays)
-    place, centroid = vapour.places(period)
+    place, centroid = vapour.places(scene.period if period is None else period)
     distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
     m = vapour.get("m")
     mass = vapour.sum(m)

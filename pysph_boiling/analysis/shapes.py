@@ -5,6 +5,7 @@ import numpy as np
 
 from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.vapour import nearest_image
 
 __all__ = ["PIECE", "Event", "Shape", "lasting", "mendelson", "merger", "pulsation", "rise_speed", "shapes", "split",
            "track"]
@@ -39,11 +40,12 @@ class Shape:
         return self.width / self.height if self.height > 0.0 else np.nan
 
 
-def shapes(fluid, dim, rho0):
+def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
     """The :class:`Shape` of every bubble of a fluid array with labels, largest first.
 
     ``fluid`` has ``x, y, z`` [m], ``m`` [kg], ``phase``, ``bubble`` and, where vapour swells, ``swell``; ``rho0`` is
-    the density of the liquid [kg/m^3]. Limits: not across a periodic border.
+    the density of the liquid [kg/m^3]; ``period`` [m] the length of the domain along each axis, 0 where it is not
+    periodic (a bubble must be shorter than half of it).
     """
     vapour = np.flatnonzero(fluid.phase == Phase.VAPOUR)
     volume = fluid.m[vapour] / rho0
@@ -53,8 +55,10 @@ def shapes(fluid, dim, rho0):
     found = []
     for label in np.unique(fluid.bubble[vapour]):
         own = fluid.bubble[vapour] == label
-        centroid = place[own].mean(axis=0)
-        arm = place[own] - centroid
+        first = place[own][0]
+        arm = nearest_image(place[own] - first, period)
+        centroid = first + arm.mean(axis=0)
+        arm -= arm.mean(axis=0)
         moments = SEMI_AXIS[dim] * (arm.T @ arm)[:dim, :dim] / len(arm)
         width, height = np.sqrt(np.trace(moments[:-1, :-1]) / (dim - 1)), np.sqrt(moments[-1, -1])
         ball = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
@@ -64,8 +68,10 @@ def shapes(fluid, dim, rho0):
     return sorted(found, key=lambda shape: (-shape.n, shape.label))
 
 
-def track(files, dim, rho0):
+def track(files, dim, rho0, period=(0.0, 0.0, 0.0)):
     """History of the bubbles of a run, one row for each of its particle ``files`` that holds vapour.
+
+    ``dim``, ``rho0`` and ``period`` are those of :func:`shapes`.
 
     Returns column -> array (rows,): ``t`` [s]; ``bubbles`` of at least ``PIECE`` particles, and the particles in them,
     ``whole``; ``n`` and ``volume`` [m^dim] of all vapour; ``n1``, ``volume1`` and so on of the largest bubble (``x1``,
@@ -75,7 +81,7 @@ def track(files, dim, rho0):
     rows = []
     for file in files:
         arrays, t = load_output(file)
-        found = shapes(arrays["fluid"], dim, rho0)
+        found = shapes(arrays["fluid"], dim, rho0, period)
         if not found:
             continue
         one, two = found[0], found[1] if len(found) > 1 else None

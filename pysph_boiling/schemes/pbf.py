@@ -8,7 +8,7 @@ from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
 from pysph_boiling.names import unknown, whole_number
-from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties, close_walls
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, Scene
@@ -77,6 +77,7 @@ class PBFScheme(Scheme):
             effects["density"] = density
         self.set_effects(**effects)
         self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
+        self.period = np.zeros(3)
         self.dt = None
         self.integrator = None
         self.choices = []
@@ -123,7 +124,7 @@ class PBFScheme(Scheme):
         return Scene(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
-            material=self.material, gravity=self.gravity, effects=self.effects)
+            material=self.material, gravity=self.gravity, effects=self.effects, period=self.period)
 
     def skin(self):
         """How much further than the support neighbour lists reach [m]."""
@@ -188,6 +189,7 @@ class PBFScheme(Scheme):
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
         self.solver = StagedSolver(
             kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+        self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
     def get_equations(self):
@@ -261,6 +263,35 @@ class PBFScheme(Scheme):
         self.check(particles)
         for effect in self.effects.values():
             effect.prepare(scene, arrays)
+
+    def enter_domain(self, domain, particles):
+        """Fit what was made without it to the periodic ``domain`` that the solver has; before the first step.
+
+        Raises ``ValueError`` for a domain that is too short, or one whose border the container closes.
+        """
+        manager, scene = domain.manager, self.scene()
+        container = self.effects.get("container")
+        bounds = container.bounds(scene) if container else ((-math.inf,) * 3, (math.inf,) * 3)
+        for k, axis in enumerate("xyz"):
+            if not getattr(manager, f"periodic_in_{axis}"):
+                continue
+            ends = tuple(getattr(manager, f"{axis}{end}") for end in ("min", "max"))
+            self.period[k] = ends[1] - ends[0]
+            shortest = 2.0 * manager.cell_size
+            if self.period[k] < shortest * (1.0 - 1e-9):
+                raise ValueError(
+                    f"the periodic domain must be at least {shortest:.4g} m long along {axis}, two supports of the "
+                    f"largest particle, got {self.period[k]:.4g} m: a particle would meet another and its image")
+            if bounds[0][k] > ends[0] or bounds[1][k] < ends[1]:
+                raise ValueError(f"container: the domain is periodic along {axis}, from {ends[0]:g} to {ends[1]:g} m, "
+                                 f"but the container holds particles between {bounds[0][k]:g} and {bounds[1][k]:g} m: "
+                                 "make it reach beyond both ends")
+        for pa in particles:
+            if pa.name in self.solids:
+                close_walls(pa, kernel=self.kernel, dim=self.dim, domain=domain)
+        arrays = {pa.name: pa for pa in particles}
+        for effect in self.effects.values():
+            effect.check(scene, arrays)
 
     def check(self, particles):
         """Check arrays against the scheme; raises ``ValueError`` before anything is written."""

@@ -170,11 +170,11 @@ def build(helper, source):
 class StagedSolver(Solver):
     """PySPH's solver with its modules built side by side.
 
-    ``before_output`` is called before each particle file; ``reach`` is how far neighbour lists reach, in supports;
-    ``say`` is told what is compiled.
+    ``before_output`` is called before each particle file; ``on_domain`` with a periodic domain and the particles, once
+    they are known; ``reach`` is how far neighbour lists reach, in supports; ``say`` is told what is compiled.
     """
 
-    before_output = None
+    before_output = on_domain = None
     say = CheckedModule.say
     reach = 1.0
 
@@ -221,6 +221,8 @@ class StagedSolver(Solver):
                 raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
             nnps.radius_scale *= self.reach
             nnps.domain.set_radius_scale(nnps.radius_scale)
+        if nnps.domain.manager.is_periodic and self.on_domain is not None:
+            self.on_domain(nnps.domain, particles)
         send(particles)
         with vectorised():
             if ranks.rank() == 0:

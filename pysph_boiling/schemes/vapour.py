@@ -13,7 +13,7 @@ from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
 
-__all__ = ["Vapour", "join_labels"]
+__all__ = ["Vapour", "join_labels", "nearest_image"]
 
 
 class Vapour:
@@ -67,7 +67,7 @@ class Vapour:
         found[self.here[mine]] = values[self.first[mine]]
         return ranks.total(found)
 
-    def places(self, period=(0.0, 0.0, 0.0)):
+    def places(self, period):
         """(place, centroid): positions (n, 3) and mean positions (bubbles, 3) [m].
 
         ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic: positions are
@@ -76,13 +76,16 @@ class Vapour:
         place = np.stack([self.get(name) for name in ("x", "y", "z")], -1)
         first = self.of_first(place)
         anchor = first[self.index]
-        offset = place - anchor
-        for axis, length in enumerate(period):
-            if length > 0.0:
-                offset[:, axis] -= length * np.round(offset[:, axis] / length)
+        offset = nearest_image(place - anchor, period)
         place = anchor + offset
         mean = np.stack([self.sum(offset[:, axis]) for axis in range(3)], -1) / np.maximum(self.n, 1)[:, None]
         return place, first + mean
+
+
+def nearest_image(offset, period):
+    """Offsets (..., 3) [m] to the nearest image; ``period`` (3,) [m] of the domain, 0 along an axis that has none."""
+    period = np.asarray(period, dtype=float)
+    return offset - period * np.round(offset / np.where(period > 0.0, period, np.inf))
 
 
 def join_labels(arrays, radius):

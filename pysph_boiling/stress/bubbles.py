@@ -77,11 +77,16 @@ def oscillating(dim, **options):
 def collapse(pressure, start, time_scale):
     """A bubble swollen to ``start`` volumes collapses under ``pressure`` [Pa]: Rayleigh-Plesset."""
     effects = {**RING, "expansion": Expansion(v_exp=1.5), "oscillation": Oscillation(
-        form="rayleigh_plesset", pressure=pressure, time_scale=time_scale, lower=0.05, upper=3.0)}
+        form="rayleigh_plesset", pressure=pressure, time_scale=time_scale, lower=0.05, upper=1.5)}
     setup = pool(3, effects, vapour=ball(middle(3), 2.6))
     fluid = setup.arrays[0]
     fluid.swell[fluid.phase == Phase.VAPOUR] = start
     return setup
+
+
+def swollen(dim, v_exp):
+    """A bubble of 2.6 spacings' radius whose vapour swells."""
+    return pool(dim, {**RING, "expansion": Expansion(v_exp=v_exp)}, vapour=ball(middle(dim), 2.6))
 
 
 def labels_change(run):
@@ -116,6 +121,10 @@ def cases():
         for low, high in ((0.3, 0.5), (1.6, 2.0)):
             yield case(f"band-{low}-{high}", f"radius held at {low} to {high} of that at rest, against the density",
                        partial(oscillating, dim, form="relative", lower=low, upper=high, omega=1.0), saturated)
+        yield case("swollen", "vapour swells to just below what is refused, or to the largest expansion",
+                   partial(swollen, dim, {2: 3.16, 3: 4.0}[dim]), saturated)
+    yield Case(name="swollen-too-far-2d", hard="vapour swells so far that it is denser than at rest when alone",
+               steps=1, quick=1, build=partial(swollen, 2, 3.2), refused="expansion.v_exp must be below 3.166")
     yield Case(name="chain-10000-2d", hard="one bubble, a chain of 10,000 particles", steps=20, quick=5,
                build=partial(chain, 2), end=all_of(accounted, one_chain))
     for pressure, scale in ((1e5, 1.0), (1e5, 25.0), (1e7, 1.0), (1e7, 250.0)):

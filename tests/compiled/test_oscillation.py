@@ -205,6 +205,7 @@ def test_bubble_across_a_periodic_border_is_one():
     split.fluid.x[:] %= width
     assert np.ptp(split.fluid.x) > 0.8 * width
     split.compile(DomainManager(xmin=0.0, xmax=width, periodic_in_x=True))
+    split.scene.period[0] = width  # as the solver does
     split.stage.nnps.update_domain()
     split.stage.nnps.update()
     assert split.fluid.get_number_of_particles() > split.fluid.get_number_of_particles(True)

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from harness import Stepper, random_cloud
+from pysph.base.nnps import DomainManager
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
@@ -26,7 +27,7 @@ V, S, LIQUID = int(Phase.VAPOUR), int(Phase.TRANSITION), int(Phase.LIQUID)
 class Pools:
     """Particles with the stage "bubbles" of a scheme that pools. Positions in spacings, masses and e in units."""
 
-    def __init__(self, points, phase, e, *, m=1.0, uid=None, dim=2):
+    def __init__(self, points, phase, e, *, m=1.0, uid=None, dim=2, period=0.0):
         points = np.asarray(points, float)
         self.scheme = BoilingScheme(["fluid"], [], dim=dim, spacing=DX, density=None, heat=HeatConduction(),
                                     phases=PhaseChange(kinetic_radius=REACH), bubbles=BubbleLabels(link_radius=LINK),
@@ -39,12 +40,13 @@ class Pools:
         self.pa.phase[:] = phase
         self.pa.e[:] = L * np.asarray(e)
         self.pa.T[:] = np.nan
-        self.stepper = Stepper(self.scheme, [self.pa], dt=1e-6)
+        self.stepper = Stepper(self.scheme, [self.pa], dt=1e-6, domain=DomainManager(
+            xmin=0.0, xmax=DX * period, periodic_in_x=True) if period else None)
 
     def run(self):
         """One pass over the bubbles; returns the new phases and enthalpies [L]."""
         self.stepper.run_stage("bubbles")
-        return self.pa.phase.copy(), self.pa.e / L
+        return self.pa.get("phase").copy(), self.pa.get("e") / L
 
     @property
     def energy(self):
@@ -178,6 +180,23 @@ def test_result_does_not_depend_on_the_order_of_particles():
         new2, after2 = again.run()
         np.testing.assert_array_equal(new2, new[order])
         np.testing.assert_array_equal(after2, after[order])  # to the last bit
+
+
+def test_pool_does_not_know_where_a_periodic_domain_ends():
+    """A disc of vapour on a lattice, its liquid more on one side than on the other, in the middle and on the border."""
+    period = 32.0
+    points = np.array([(i + 0.03 * j, j, 0.0) for i in range(-7, 10) for j in range(-7, 8)], float)
+    r2 = np.sum(points**2, axis=1)
+    phase, uid = np.where(r2 <= 20, V, S), np.random.default_rng(7).permutation(len(points))
+    e = np.where(phase == V, 1.0, 0.4)
+    whole = Pools(points + (0.5 * period, 0.0, 0.0), phase, e, uid=uid)
+    split = Pools(np.stack([points[:, 0] % period, points[:, 1], points[:, 2]], -1), phase, e, uid=uid, period=period)
+    assert np.ptp(split.pa.get("x")) > 0.8 * period * DX
+    new, after = whole.run()
+    assert 5 < np.count_nonzero((new == V) & (phase == S)) < 0.5 * np.count_nonzero(whole.pa.joined != NO_BUBBLE)
+    got = split.run()
+    np.testing.assert_array_equal(got[0], new)
+    np.testing.assert_allclose(got[1], after, rtol=1e-12)
 
 
 @pytest.mark.parametrize("uid", [(7, 1, 2, 3, 4), (1, 7, 2, 3, 4)])

@@ -86,7 +86,8 @@ def test_vented_liquid_comes_back_and_the_level_is_kept():
     table = p.ledger.table()
     mass = table["mass"] / p.scheme.scene().particle_mass / (WIDTH * FILL)
     assert table["n_vented"][-1] > 40 and table["n_refilled"][-1] > 30
-    assert mass.max() <= 1.0 + 1e-12 and mass.min() > 0.7 and mass[-1] > 0.95
+    # mean mass of the last 2,000 steps: .954 to .964 over three starts; a bubble that vents takes .05 at a time
+    assert mass.max() <= 1.0 + 1e-12 and mass.min() > 0.7 and 0.92 < mass[1500:].mean() < 0.99
     assert np.max(np.abs(table["energy_residual"])) <= 1e-10 and np.max(np.abs(table["mass_residual"])) <= 1e-12
 
 

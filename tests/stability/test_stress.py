@@ -37,7 +37,7 @@ def test_each_case_of_the_list_is_there():
                  "conductivity-1000", "contrast", "heater-1000K", "quench", "burst", "flicker", "latent-zero",
                  "same-place", "line", "plane", "on-wall", "outside", "displaced", "squeezed", "one-particle",
                  "two-particles", "no-vapour", "all-vapour", "bubble-1", "bubble-2", "shaken", "thousand",
-                 "chain-10000", "omega-1", "band", "collapse", "paper", "masses", "smoothing", "gravity-0",
+                 "chain-10000", "omega-1", "band", "swollen", "collapse", "paper", "masses", "smoothing", "gravity-0",
                  "gravity-up", "gravity-sideways", "periodic", "threads"):
         assert any(case.startswith(name) for case in CASES), name
     assert len({case.name for case in CASES.values()}) == len(CASES)

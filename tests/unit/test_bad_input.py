@@ -1,15 +1,17 @@
 """Bad input ends a run at once: a sentence on stderr that names what, where, range and unit; status 2; no file."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import sets
-from pysph.base.kernels import CubicSpline
+from pysph.base.kernels import CubicSpline, WendlandQuintic
 
 from pysph_boiling import cli
 from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.examples.application import SceneParameters
-from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, site_array
+from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, lattice_density, site_array
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import Buoyancy, SiteStorage, Venting
+from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, Expansion, Oscillation, SiteStorage, Venting
 from pysph_boiling.schemes.integrator import HeatClock
 from pysph_boiling.schemes.modes import effects_in_mode
 
@@ -49,6 +51,11 @@ COMMANDS = [
     ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': pass heat=HeatConduction(...)"),
     ("run steady_boiling --tension.radius 5", "tension.radius must be <= 2.4 spacings (the support of the kernel)"),
     ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, the effects need 5"),
+    ("run superheat_sites --flat --expansion.v-exp 4",
+     "expansion.v_exp must be below 3.166 for a particle of 0.003832 kg and a smoothing length of 0.0024 m, got 4"),
+    ("run geyser --flat --v-exp 3.5", "expansion.v_exp must be below 3.166"),
+    ("run explosive_boiling --expansion.v-exp 4 --oscillation.form rayleigh_plesset",
+     "expansion.v_exp times the cube of oscillation.upper must be below 5.433"),
     ("run steady_boiling --venting.T-feed 380", "venting.T_feed must be <= T_sat = 373.15 K, got 380.0 K"),
     # contradictions
     ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
@@ -133,6 +140,63 @@ def test_arrays_are_refused(changes, message):
     scheme, arrays = scene(**changes)
     with pytest.raises(ValueError, match=message):
         scheme.setup_properties(arrays)
+
+
+# --- vapour that swells -----------------------------------------------------------------------------------------------
+
+def swelling(dim, v_exp, *, kernel=None, hdx=1.2, mass=1.0, length=1.0, upper=None):
+    """Arrays of a scheme with expansion, set up; one particle has another mass and smoothing length."""
+    ring = {} if upper is None else dict(oscillation=Oscillation(form="rayleigh_plesset", upper=upper))
+    effects = {**sets.BOIL, "heater": None, "nucleation": None, "adhesion": None, "tension": None,
+               "expansion": Expansion(v_exp=v_exp)}
+    scheme = BoilingScheme(["fluid"], [], dim=dim, spacing=DX, kernel=kernel, hdx=hdx, **{**effects, **ring})
+    fluid = fluid_block((0.0,) * dim, (4 * DX,) * dim, spacing=DX, dim=dim, rho0=scheme.rho0, hdx=hdx)
+    fluid.m[3] *= mass
+    fluid.h[3] *= length
+    scheme.setup_properties([fluid])
+    return scheme, fluid
+
+
+@pytest.mark.parametrize(("dim", "kernel", "hdx"), [
+    (2, CubicSpline, 1.2), (2, CubicSpline, 1.0), (2, WendlandQuintic, 1.2), (2, WendlandQuintic, 1.4),
+    (3, CubicSpline, 1.0), (3, WendlandQuintic, 1.1)])
+def test_expansion_is_refused_from_where_vapour_alone_is_denser_than_at_rest(dim, kernel, hdx):
+    kernel = kernel(dim=dim)
+    limit = lattice_density(kernel, dim=dim, hdx=hdx)[0] * hdx**dim / kernel.kernel([0.0] * 3, 0.0, 1.0)
+    assert 2.0 < limit < 4.0
+    swelling(dim, 0.999 * limit, kernel=kernel, hdx=hdx)
+    with pytest.raises(ValueError, match=f"expansion.v_exp must be below {limit:.4g} for a particle of"):
+        swelling(dim, 1.001 * limit, kernel=kernel, hdx=hdx)
+
+
+def test_expansion_in_3d_is_allowed_to_its_largest_value():
+    swelling(3, 4.0)
+
+
+@pytest.mark.parametrize("change", [dict(mass=1.7), dict(length=0.8)])
+def test_expansion_is_refused_for_the_particle_that_allows_least(change):
+    swelling(2, 1.85, **change)
+    with pytest.raises(ValueError, match="expansion.v_exp must be below (1.862|2.026) for a particle of .* got 2.05"):
+        swelling(2, 2.05, **change)
+
+
+def test_volume_of_a_ringing_bubble_is_bounded_alike():
+    swelling(3, 1.5, upper=1.5)
+    with pytest.raises(ValueError, match="v_exp times the cube of oscillation.upper must be below 5.* got 6.144"):
+        swelling(3, 1.5, upper=1.6)
+
+
+def test_run_ends_where_vapour_has_filled_its_container():
+    scheme, fluid = swelling(2, 3.0)
+    scheme.set_effects(container=BoxContainer(upper=(4 * DX, 5 * DX, 0.0)))
+    scheme.arrays[:] = [fluid]
+    (room,) = scheme.effects["expansion"].tools(scheme)
+    solver = SimpleNamespace(count=20, t=0.5, dt=1e-3)
+    fluid.swell[:2] = 3.0  # 16 + 2 * 2 of 20 places
+    room.post_step(solver)
+    fluid.swell[2] = 1.1
+    with pytest.raises(ValueError, match=r"t = 0.501 s .* need 0.00201 m\^2, but the container holds 0.002: "):
+        room.post_step(solver)
 
 
 def test_empty_fluid_is_refused():

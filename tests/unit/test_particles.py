@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 from pysph.base.kernels import CubicSpline, WendlandQuintic
+from pysph.base.nnps import DomainManager, LinkedListNNPS
 
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
@@ -10,6 +11,7 @@ from pysph_boiling.particles import (
     add_properties,
     akinci_volume,
     box_vessel,
+    close_walls,
     cylinder_vessel,
     fluid_array,
     fluid_block,
@@ -18,6 +20,8 @@ from pysph_boiling.particles import (
     sites_on_base,
     wall_array,
 )
+from pysph_boiling.schemes.effects import BoxContainer
+from pysph_boiling.schemes.pbf import PBFScheme
 
 DX, RHO0 = 0.01, 958.0
 ROUND_OFF = 1e-12
@@ -142,6 +146,80 @@ def test_wall_particles_weigh_their_akinci_volume():
     np.testing.assert_array_equal(wall.m, RHO0 * akinci_volume(points, kernel, h=1.3 * DX, dim=2))
     np.testing.assert_array_equal(wall.heated, hot)
     assert np.all(wall.h == 1.3 * DX) and np.all(wall.rho == RHO0)
+
+
+# --- walls of a periodic domain ---------------------------------------------------------------------------------------
+
+CELLS = 16
+
+
+def floor(dim, domain=None):
+    """Two layers of wall under a domain that is periodic along the floor, their start off its border."""
+    sides = (CELLS * DX,) * (dim - 1)
+    slab = fluid_block((0.0,) * (dim - 1) + (-2 * DX,), (*sides, 0.0), spacing=DX, dim=dim, rho0=RHO0)
+    return wall_array(place(slab), spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), domain=domain)
+
+
+def periodic(dim, cells=CELLS):
+    axes = "xy"[:dim - 1]
+    return DomainManager(**{f"{axis}max": cells * DX for axis in axes}, **{f"{axis}min": 0.0 for axis in axes},
+                         **{f"periodic_in_{axis}": True for axis in axes})
+
+
+def layers(wall):
+    """Masses of each layer of a floor."""
+    height = wall.z if np.ptp(wall.z) else wall.y
+    return [wall.m[np.abs(height - middle) < 0.1 * DX] for middle in (-0.5 * DX, -1.5 * DX)]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_walls_weigh_the_same_everywhere_in_a_periodic_domain(dim):
+    given, told = floor(dim, periodic(dim)), floor(dim)
+    assert np.ptp(layers(told)[0]) > 0.2 * layers(told)[0].min()  # the border counts as a rim
+    close_walls(told, kernel=CubicSpline(dim=dim), dim=dim, domain=periodic(dim))
+    np.testing.assert_array_equal(told.m, given.m)
+    for m in layers(given):
+        np.testing.assert_allclose(m, m[0], rtol=1e-8)  # distances are rounded to nine digits
+    middle = np.hypot(*(place(told)[:, :2] - 0.5 * CELLS * DX * (np.arange(2) < dim - 1)).T).argmin()
+    assert told.m[middle] == pytest.approx(floor(dim).m[middle], rel=1e-8)  # far from the border nothing changes
+
+
+def test_masses_of_the_users_own_stay_in_a_periodic_domain():
+    wall = floor(2)
+    wall.m[::2] = 7.0
+    close_walls(wall, kernel=CubicSpline(dim=2), dim=2, domain=periodic(2))
+    assert np.all(wall.m[::2] == 7.0)
+    np.testing.assert_array_equal(wall.m[1::2], floor(2, periodic(2)).m[1::2])
+
+
+def scheme_in(domain, container):
+    """A scheme that has met its domain, and its wall."""
+    scheme, wall = PBFScheme(["fluid"], ["wall"], dim=2, spacing=DX, rho0=RHO0, container=container), floor(2)
+    arrays = [fluid_block((0.0, 0.0), (CELLS * DX, 4 * DX), spacing=DX, dim=2, rho0=RHO0), wall]
+    scheme.setup_properties(arrays)
+    LinkedListNNPS(dim=2, particles=arrays, radius_scale=2.0, domain=domain)
+    scheme.enter_domain(domain, arrays)
+    return scheme, wall
+
+
+WIDE = BoxContainer(lower=(-1.0, -0.1, 0.0), upper=(1.0, 0.5, 0.0))
+
+
+def test_scheme_that_meets_a_periodic_domain_sets_its_walls_right():
+    scheme, wall = scheme_in(periodic(2), WIDE)
+    n = wall.get_number_of_particles(True)
+    np.testing.assert_array_equal(wall.m[:n], floor(2, periodic(2)).m)
+    np.testing.assert_allclose(scheme.scene().period, (CELLS * DX, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("domain, container, message", [
+    (periodic(2, 4), WIDE, "periodic domain must be at least 0.048 m long along x.*got 0.04 m"),
+    (periodic(2), BoxContainer(lower=(0.0, 0.0, 0.0), upper=(CELLS * DX, 0.5, 0.0)),
+     "periodic along x, from 0 to 0.16 m, but the container holds particles between 0.001 and 0.159 m"),
+])
+def test_periodic_domain_that_cannot_be_is_refused(domain, container, message):
+    with pytest.raises(ValueError, match=message):
+        scheme_in(domain, container)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

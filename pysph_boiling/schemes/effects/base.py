@@ -38,6 +38,7 @@ class Scene:
     material: Any
     gravity: tuple[float, float, float]
     effects: dict[str, "Effect"]
+    period: np.ndarray  # (3,) length of the domain along each axis, 0 where it is not periodic; 0 until a solver has it
 
     @property
     def g(self):

@@ -8,7 +8,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
-from pysph_boiling.particles import Property, fill, lattice_density
+from pysph_boiling.particles import Property, fill, host, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
 from pysph_boiling.schemes.integrator import MotionLimits
 from pysph_boiling.schemes.stages import Term
@@ -97,16 +97,23 @@ class DensityConstraint(Effect):
     def check(self, scene, arrays):
         """A particle that reads its rest density from itself alone can never be set at rest by moving."""
         lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
+        expansion = scene.effects.get("expansion")
         for name in scene.fluids:
-            pa = arrays[name]
-            lengths, which = np.unique(pa.h, return_inverse=True)
-            alone = np.array([scene.kernel.kernel([0.0] * 3, 0.0, h) for h in lengths])
+            m, h = host(arrays[name], "m"), host(arrays[name], "h")
+            lengths, which = np.unique(h, return_inverse=True)
+            alone = np.array([scene.kernel.kernel([0.0] * 3, 0.0, length) for length in lengths])
             limits = scene.rho0 * lattice / alone[which]
-            if np.any(pa.m >= limits):
-                worst = int(np.argmax(pa.m / limits))
+            if np.any(m >= limits):
+                worst = int(np.argmax(m / limits))
                 raise ValueError(
                     f"the mass of particle {worst} of '{name}' must be below {limits[worst]:.4g} kg at its smoothing "
-                    f"length of {pa.h[worst]:.4g} m, got {pa.m[worst]:.4g} kg: alone it is denser than at rest")
+                    f"length of {h[worst]:.4g} m, got {m[worst]:.4g} kg: alone it is denser than at rest")
+            if expansion and np.any(m * expansion.largest(scene) >= limits):
+                worst = int(np.argmax(m / limits))
+                raise ValueError(
+                    f"{expansion.told(scene)} must be below {limits[worst] / m[worst]:.4g} for a particle of "
+                    f"{m[worst]:.4g} kg and a smoothing length of {h[worst]:.4g} m, got "
+                    f"{expansion.largest(scene):.4g}: vapour that swells so far is denser than at rest when alone")
 
     def prepare(self, scene, arrays):
         """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
@@ -218,6 +225,11 @@ class BoxContainer(Effect):
         """Whether the vertical through a point of the bounds lies inside."""
         return True
 
+    def volume(self, scene):
+        """Volume of the inside [m^dim]; of a periodic domain, that of one period."""
+        sides = np.where(scene.period > 0.0, scene.period, np.subtract(self.upper, self.lower))
+        return float(np.prod(sides[:scene.dim]))
+
     def check(self, scene, arrays):
         lower, upper = self.bounds(scene)
         for axis in range(scene.dim):
@@ -262,6 +274,11 @@ class CylinderContainer(Effect):
         """Whether the vertical through a point of the bounds lies inside."""
         off = [point[axis] - self.centre[axis] for axis in range(scene.dim - 1)]
         return math.hypot(*off) <= self.radius - self.margin * scene.spacing
+
+    def volume(self, scene):
+        """Volume of the inside [m^dim]."""
+        base = 2.0 * self.radius if scene.dim == 2 else math.pi * self.radius**2
+        return base * (self.top - self.bottom)
 
     def check(self, scene, arrays):
         inset = self.margin * scene.spacing

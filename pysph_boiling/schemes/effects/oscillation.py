@@ -162,7 +162,7 @@ class Oscillation(Effect):
         if arrays[0].pushes[0] >= self.sweeps:
             return False
         vapour = Vapour(arrays)
-        place, centre = vapour.places(periods(arrays, scene.spacing))
+        place, centre = vapour.places(scene.period)
         arm = place - centre[vapour.index]
         distance = np.linalg.norm(arm, axis=1)
         direction = arm / np.maximum(distance, 1e-6 * scene.spacing)[:, None]
@@ -269,14 +269,14 @@ class Oscillation(Effect):
         mixed = -math.expm1(-dt / (self.MIXING * scene.fall_time))
         swell += mixed * ((after / filled)[vapour.index] - swell)
         rate += mixed * ((flow_after / filled)[vapour.index] - rate)
-        vapour.put("swell", swell)
+        vapour.put("swell", np.minimum(swell, scene.effects["expansion"].largest(scene)))
         vapour.put("swell_rate", rate, elsewhere=0.0)
         arrays[0].n_clamped[0] += np.count_nonzero(clamped)
 
     def outer_pressure(self, scene, arrays, vapour):
         """Pressure at the centre of each bubble [Pa]: ambient, and the weight of the liquid above it."""
         up = np.array(scene.up)
-        _, centre = vapour.places()
+        _, centre = vapour.places(scene.period)
         top = self.surface
         if top is None:
             top = ranks.largest(max((largest(height(pa, up), values(pa, "phase") != Phase.VAPOUR, -math.inf)
@@ -292,19 +292,3 @@ def sphere_radius(volume):
 def height(pa, up):
     """Height of the real particles of an array [m]."""
     return sum(component * values(pa, axis) for component, axis in zip(up, "xyz"))
-
-
-def periods(arrays, spacing):
-    """Length of the domain along each axis [m], 0 where it is not periodic: how far ghosts are from their originals."""
-    lengths = np.zeros(3)
-    if ranks.size() > 1:  # ghosts are particles of other ranks then, and no domain is periodic
-        return lengths
-    for pa in arrays:
-        n = pa.get_number_of_particles(True)
-        if pa.get_number_of_particles() > n:
-            uid = pa.get("uid", only_real_particles=False)
-            order = np.argsort(uid[:n])
-            original = order[np.searchsorted(uid[:n], uid[n:], sorter=order)]
-            place = np.stack([pa.get(axis, only_real_particles=False) for axis in "xyz"], -1)
-            lengths = np.maximum(lengths, np.abs(place[n:] - place[original]).max(axis=0))
-    return np.where(lengths > spacing, lengths, 0.0)

@@ -10,7 +10,7 @@ from pysph_boiling.particles import NO_BUBBLE, Property, fill
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect
 from pysph_boiling.schemes.stages import Term
-from pysph_boiling.schemes.vapour import Vapour
+from pysph_boiling.schemes.vapour import Vapour, nearest_image
 
 __all__ = ["LatentPooling", "Pools"]
 
@@ -23,7 +23,7 @@ class LatentPooling(Effect):
     at saturation, so that heat may move within it. Without pooling each particle waits for its own latent heat, and a
     bubble in superheated liquid grows dendrites instead of a disc or a sphere (``benchmarks/growth.py``).
 
-    Limits: a bubble that lies across a periodic border is taken where its particles are, on both sides of the domain.
+    Limits: in a periodic domain a bubble must be shorter than half a period.
     """
 
     slot: ClassVar[str] = "pooling"
@@ -74,11 +74,12 @@ class Pools:
         members = Subset(pa, values(pa, "joined") != NO_BUBBLE)
         if ranks.anywhere(len(members)) and not self.again:
             vapour, L = Vapour(arrays), self.scene.material.L
-            centroid = vapour.places()[1]
+            centroid = vapour.places(self.scene.period)[1]
             index = np.searchsorted(vapour.label, members.get("joined"))
             place = np.stack([members.get(name) for name in ("x", "y", "z")], -1)
             # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
-            distance2 = np.round(np.sum((place - centroid[index]) ** 2, axis=1) / self.scene.spacing**2, 9)
+            distance2 = np.round(np.sum(nearest_image(place - centroid[index], self.scene.period) ** 2, axis=1)
+                                 / self.scene.spacing**2, 9)
             index, own = ranks.gather(index)  # a pool is shared by a whole bubble, wherever its liquid is
             distance2, uid, mass, enthalpy = (ranks.gather(part)[0] for part in (
                 distance2, *(members.get(name) for name in ("uid", "m", "e"))))

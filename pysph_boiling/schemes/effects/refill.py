@@ -10,6 +10,7 @@ from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase, enthalpy
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
+from pysph_boiling.schemes.vapour import nearest_image
 
 __all__ = ["Refill", "RefillTool"]
 
@@ -112,7 +113,8 @@ class RefillTool(Tool):
             columns = list(self.columns(random))
             top, vapour = np.full(len(columns), -math.inf), np.zeros(len(columns))
             for number, column in enumerate(columns):
-                under = np.flatnonzero(np.sum((points[:, :axis] - column[:axis]) ** 2, axis=1) < dx * dx)
+                apart = nearest_image(points - column, scene.period)[:, :axis]
+                under = np.flatnonzero(np.sum(apart**2, axis=1) < dx * dx)
                 if len(under):
                     highest = under[np.argmax(points[under, axis])]
                     top[number], vapour[number] = points[highest, axis], not liquid[highest]

@@ -9,6 +9,7 @@ from pysph_boiling.equations import site_storage
 from pysph_boiling.particles import Property, host
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, total
 from pysph_boiling.schemes.stages import Term
+from pysph_boiling.schemes.vapour import nearest_image
 
 __all__ = ["SiteStorage"]
 
@@ -106,7 +107,7 @@ class SiteStorage(Effect):
         lattice[:scene.dim] = (np.indices((2 * k,) * scene.dim).reshape(scene.dim, -1) - k + 0.5) * scene.spacing
         r = np.linalg.norm(lattice, axis=0)
         near = lattice.T[(r < self.reach(scene)) & (scene.up @ lattice > 0.0)]
-        others = (np.linalg.norm(site + near[:, None] - sites, axis=-1) for site in sites)
+        others = (np.linalg.norm(nearest_image(site + near[:, None] - sites, scene.period), axis=-1) for site in sites)
         return np.array([np.count_nonzero(np.argmin(distance, axis=1) == own) for own, distance in enumerate(others)])
 
     def prepare(self, scene, arrays):
