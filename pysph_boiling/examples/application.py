@@ -28,7 +28,8 @@ from pysph.solver import application as pysph_application
 from pysph.solver.application import Application
 from pysph.solver.tools import Tool
 
-from pysph_boiling.analysis.files import last_output, read_output
+from pysph_boiling import inherited
+from pysph_boiling.analysis.files import last_output, output_files, read_output
 from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.schemes import ranks
@@ -101,12 +102,12 @@ class Interrupt(Tool):
 class Progress(Tool):
     """A progress bar with the time left."""
 
-    def __init__(self, solver, title):
+    def __init__(self, solver, title, quiet):
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
         self.bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.fields[now]:.3f} s"),
                             TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(), refresh_per_second=2,
-                            disable=ranks.rank() > 0)
+                            disable=quiet)
         self.task = self.bar.add_task(title, total=solver.tf - solver.t, now=solver.t)
         self.start = solver.t
 
@@ -339,13 +340,8 @@ class SceneApplication(Application):
         if self.prepared is not None:  # PySPH asks again once the output folder exists
             return
         options, p = self.options, self.parameters
-        if options.nnps == "sfc" and options.cache_nnps:
-            raise ValueError("--nnps sfc gives wrong neighbours when they are cached: use another one, such as ll")
-        if options.loglevel not in self._log_levels:
-            raise ValueError(f"--loglevel must be one of {', '.join(self._log_levels)}; got {options.loglevel!r}")
-        for flag, steps in (("--results-every", options.results_every), ("--pfreq", options.freq)):
-            if steps is not None and steps < 1:
-                raise ValueError(f"{flag} must be >= 1 step, got {steps}")
+        if options.results_every is not None and options.results_every < 1:
+            raise ValueError(f"--results-every must be >= 1 step, got {options.results_every}")
         step = dict(frame=p.frame, substeps=p.substeps)
         if options.time_step is not None:
             if getattr(options, "scene.substeps") is not None:
@@ -427,17 +423,34 @@ class SceneApplication(Application):
             self._prepare()
             if restart is not None:
                 self.resumed = Resumed(restart, self.prepared)
-        self.options.quiet = True  # progress and messages are ours
         if not self.options.disable_output:
             check_writable(self.options.output_dir)
         # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
         self.options.parallel_scale_factor = 1.0
         super().setup(argv=None)
-        self.solver.set_output_fname(self.options.fname)  # one file for all ranks, named as for one
+        self.solver.set_output_fname(self.fname)  # one file for all ranks, named as for one
+
+    @property
+    def output_files(self):
+        """Particle files of this run, in order of time."""
+        return output_files(self.output_dir)
+
+    def _setup_argparse(self):
+        super()._setup_argparse()
+        inherited.settle(self.arg_parse)
 
     def _parse_command_line(self, force=False):
         if not hasattr(self, "options") or force:
             super()._parse_command_line(force)
+            inherited.check(self.options)
+            self.fname = self.options.fname
+            self.quiet, self.options.quiet = self.options.quiet or ranks.rank() > 0, True  # what is said is ours
+
+    def create_solver(self):
+        solver = super().create_solver()
+        if self.quiet:
+            solver.say = lambda sentence: None
+        return solver
 
     def create_tools(self):
         self.ledger = Ledger(self.scheme, every=self.results_every(),
@@ -447,7 +460,7 @@ class SceneApplication(Application):
             self.resumed.apply(self.solver, self.ledger, tools)
         self.ledger.begin(self.scheme.arrays)
         self.solver.before_output = self.save
-        self.progress, self.interrupt = Progress(self.solver, self.title), Interrupt()
+        self.progress, self.interrupt = Progress(self.solver, self.title, self.quiet), Interrupt()
         return [self.interrupt, *tools, self.ledger, self.progress]
 
     def results_every(self):
@@ -474,12 +487,12 @@ class SceneApplication(Application):
         """Run, write results and pictures, and check the final state."""
         from rich.console import Console
 
-        console = Console(highlight=False, soft_wrap=True, quiet=ranks.rank() > 0)  # what one rank says is enough
         if ranks.rank() > 0:
             warnings.simplefilter("ignore", UserWarning)
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
+        console = Console(highlight=False, soft_wrap=True, quiet=self.quiet)  # what one rank says is enough
         if self.options.describe:
             self._prepare()
             console.print(self.scheme.describe(), markup=False)

@@ -13,10 +13,11 @@ import numpy as np
 from pysph.base.nnps import DomainManager
 from pysph.base.utils import get_particle_array
 from pysph.solver.application import Application
-from pysph.solver.utils import load
 from pysph.sph.equation import Group
 from pysph.sph.scheme import WCSPHScheme
 
+from pysph_boiling import inherited
+from pysph_boiling.analysis.files import last_output, read_output
 from pysph_boiling.checks import require
 from pysph_boiling.device import send
 from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatUpdate
@@ -60,6 +61,13 @@ class ReuseWCSPH(Application):
 
     def __init__(self, fname=None, output_dir=None, domain=None):
         super().__init__(fname=fname or type(self).__module__.rsplit(".", 1)[-1], output_dir=output_dir, domain=domain)
+
+    def _setup_argparse(self):
+        super()._setup_argparse()
+        inherited.settle(self.arg_parse, also={"--restart-file": "PySPH's own reader would run what the file holds"})
+
+    def consume_user_options(self):
+        inherited.check(self.options)
 
     def create_scheme(self):
         return WCSPHScheme(["fluid"], [], dim=2, rho0=WATER.rho_l, c0=C_0, h0=self.hdx * SPACING, hdx=self.hdx)
@@ -151,8 +159,8 @@ class ReuseWCSPH(Application):
         self.read_info(info_fname_or_directory)
         figure = Figure(figsize=(5, 4), layout="constrained")
         axes = figure.subplots()
-        data = load(max(self.output_files, key=os.path.getmtime))
-        t, fluid = data["solver_data"]["t"], data["arrays"]["fluid"]
+        arrays, data = read_output(last_output(self.output_dir))
+        t, fluid = data["t"], arrays["fluid"]
         x = np.linspace(0.0, LENGTH, 200)
         for now, line in ((0.0, "k:"), (t, "k-")):
             wave = A_0 * math.exp(-RATE * now) * np.cos(K * (x - U * now))

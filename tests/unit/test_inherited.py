@@ -1,0 +1,85 @@
+"""PySPH's own options: each one works or is refused by name, and the documents say which."""
+from pathlib import Path
+
+import pytest
+from pysph.solver.application import Application
+
+from pysph_boiling import cli, inherited
+
+ROOT = Path(__file__).parents[2]
+
+
+class Bare(Application):
+    """What PySPH gives every application."""
+
+
+def actions(application):
+    """Option -> action of an application's parser; of several spellings the last."""
+    return {action.option_strings[-1]: action for action in application.arg_parse._actions}
+
+
+def test_every_option_of_pysph_is_in_the_table_and_nothing_else_is(tmp_path):
+    known = set(actions(Bare(fname="bare", output_dir=str(tmp_path))))
+    assert len(known) > 55
+    assert known == inherited.WORKS.keys() | inherited.REFUSED.keys()
+    assert not inherited.WORKS.keys() & inherited.REFUSED.keys()
+
+
+@pytest.mark.parametrize("scene", cli.scenes())
+def test_every_scene_has_what_works_and_refuses_the_rest(scene):
+    found = actions(cli.scene_class(scene)())
+    text = cli.scene_class(scene)().arg_parse.format_help()
+    refused = {flag for flag, action in found.items() if isinstance(action, inherited.Refused)}
+    assert refused - inherited.REFUSED.keys() <= {"--restart-file"} and inherited.REFUSED.keys() <= refused
+    assert inherited.WORKS.keys() - refused <= found.keys()
+    assert not [flag for flag in refused if f"{flag} " in text or f"{flag}\n" in text]
+
+
+@pytest.mark.parametrize("scene", ["dam_break", "reuse_wcsph"])
+@pytest.mark.parametrize("flag", inherited.REFUSED)
+def test_refused_option_ends_the_run_with_its_name_and_reason(scene, flag, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for arguments in ([flag, "1"], [f"{flag}=1"], [flag]):
+        assert cli.main(["run", scene, *arguments]) == 2
+        assert capsys.readouterr().err == (
+            f"pysph-boiling: {flag} is not for our scenes: {inherited.REFUSED[flag]}\n")
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_listens_on_the_network(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("multiprocessing.managers.BaseManager.get_server", lambda self: pytest.fail("it listens"))
+    for scene in ("heated_slab", "reuse_tvf"):
+        assert cli.main(["run", scene, "--multiproc", "auto", "-d", str(tmp_path / "run")]) == 2
+        assert "with a key that everyone knows" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    ("--nnps strat_sfc", "argument --nnps: 'strat_sfc' misses neighbours: no heat flows, and a dam break is 35 % off"),
+    ("--nnps sfc", "argument --nnps: 'sfc' gives wrong neighbours where they are cached"),
+    ("--nnps gpu_octree", "argument --nnps: 'gpu_octree' has not been tried: a device has a search of its own; there"),
+    ("--nnps bix", "argument --nnps: 'bix' is not one of ll, box, sh, esh, ci, comp_tree, strat_hash, tree; did you"),
+    ("--kernel Gaussian", "argument --kernel: 'Gaussian' is not one of CubicSpline, WendlandQuintic"),
+    ("--omp-schedule dynamic", "argument --omp-schedule: static, dynamic or guided, a comma and a whole number >= 1"),
+    ("--omp-schedule static,x", "argument --omp-schedule: static, dynamic or guided, a comma and a whole number >= 1"),
+    ("--omp-schedule often,64", "argument --omp-schedule: static, dynamic or guided, a comma and a whole number >= 1"),
+    ("--openmp --no-openmp", "--openmp and --no-openmp contradict each other"),
+    ("--opencl --cuda", "--opencl and --cuda contradict each other"),
+    ("--opencl --nnps box", "--nnps box is for the host: a device has its own search"),
+    ("--max-steps 0", "--max-steps must be >= 1 step, got 0"),
+    ("--reorder-freq 0", "--reorder-freq must be >= 1 step, got 0"),
+    ("--lb-freq 0", "--lb-freq must be >= 1 step, got 0"),
+    ("--fname a/b", "--fname must be a name without a folder, got 'a/b': the folder is --directory"),
+])
+def test_value_that_is_not_served_is_refused(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    try:
+        status = cli.main(["run", "dam_break", *arguments.split()])
+    except SystemExit as error:  # argparse
+        status = error.code
+    assert status == 2 and message in " ".join(capsys.readouterr().err.split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_page_is_the_table():
+    assert (ROOT / "docs" / "options.md").read_text() == inherited.table()
