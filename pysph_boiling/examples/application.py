@@ -538,7 +538,6 @@ class SceneApplication(Application):
                                ("n_unconverged", "steps ended their density sweeps above the tolerance"),
                                ("n_limited", "position corrections were cut by the displacement limiter"),
                                ("n_projected", "times a particle was projected back into the container"),
-                               ("n_push_cut", "pushes of the oscillation were cut at its displacement limit"),
                                ("n_clamped", "times the volume of a bubble was held")):
             if last.get(name):
                 console.print(f"note: {last[name]:.0f} {sentence} ({self.solver.count} steps)")

@@ -32,7 +32,6 @@ class BubbleSplitParameters(BubbleRiseParameters):
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(11.0, "-", "height of its centre above the base, in spacings", above=0.0)
     cohesion: float = param(0.2, "-", "strength of the cohesion of vapour, in units of gravity", low=0.0)
-    push: float = param(0.004, "-", "largest push of the oscillation constraint in a step, in spacings", above=0.0)
     eddy_speed: float = param(8.0, "-", "S, speed of the jet between the eddies, in sqrt(|g| spacing)", low=0.0)
     eddy_size: float = param(4.0, "-", "a, distance of the eddies from the jet, in spacings", above=0.0)
     eddy_height: float = param(15.5, "-", "height of the eddies above the base, in spacings", above=0.0)
@@ -46,14 +45,14 @@ class BubbleSplit(BubbleRise):
     variants = {
         "demo": dict(width=18, fill=28, duration=0.2),
         "flat": dict(dim=2, spacing=0.002, width=28, fill=32, diameter=9.0, eddy_height=16.0, eddy_speed=10.0,
-                     cohesion=1.0, push=0.02, acceleration=1000.0, duration=0.25),
+                     cohesion=1.0, acceleration=1000.0, duration=0.25),
     }
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.set_effects(
             tension=Cohesion(strength=p.cohesion),
-            oscillation=Oscillation(form="hysteresis", omega=0.2, longest=p.push),
+            oscillation=Oscillation(form="hysteresis", omega=0.2),
             venting=Venting(mode="lid", share=1.0, steps=6))  # eddies open gaps, in which vapour is free for a moment
         return scheme
 

@@ -78,7 +78,7 @@ def safeguards(run):
     """Which safeguards acted, and how often."""
     told = []
     for name, text in (("n_split", "split steps {}"), ("n_limited", "limiter {}"), ("n_projected", "container {}"),
-                       ("n_unconverged", "unconverged steps {}"), ("n_push_cut", "push cut {}"),
+                       ("n_unconverged", "unconverged steps {}"),
                        ("n_clamped", "volume held {}")):
         if name in run.table and run.table[name][-1] > 0:
             told.append(text.format(int(run.table[name][-1])))

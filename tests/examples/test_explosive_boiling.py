@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.level import level_history
+from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--duration", "0.6", "--seed", "1"]
@@ -21,6 +22,8 @@ def test_it_bursts_and_swells(explosion):
     assert results["n_burst"][-1] == results["n_burst"][len(results["t"]) // 2], "what bursts, bursts early"
     _, level = level_history(explosion.output_files, dim=2)
     assert level.max() > 1.05 * level[0] and level[-1] < level.max()
+    paid = explosion.facts()["swelling if none vents"][0]
+    assert 0.3 * paid <= level.max() / level[0] - 1.0 <= 1.5 * paid  # drops in flight, and voids between particles
 
 
 def test_energy_and_mass_close(explosion):
@@ -33,3 +36,25 @@ def test_energy_and_mass_close(explosion):
 def test_bubbles_pulsate(explosion):
     results = explosion.ledger.table()
     assert results["n_pushed"][-1] >= 50
+    fluid = explosion.scheme.arrays[0]
+    lift = 9.81 * results["mass"][0] * 16 * explosion.scheme.spacing  # that lifts the pool by its own height
+    assert 0.0 < abs(results["work_oscillation"][-1]) <= 0.1 * lift  # a throw at the lid would take it all
+    assert fluid.work_oscillation[0] == results["work_oscillation"][-1]
+
+
+@pytest.mark.slow  # two runs of 4,608 particles, a minute each
+def test_oscillation_does_not_throw_the_pool(tmp_path):
+    """Kinetic energy stays near that without oscillation, and the level below what the excess heat pays for."""
+    energy, swelling = {}, {}
+    for name, options in (("with", ()), ("without", ("--no-oscillation",))):
+        app = ExplosiveBoiling(output_dir=str(tmp_path / name))
+        app.run(["--demo", "--no-pictures", "--duration", "0.7", "--frame", "0.0166", *options, "--openmp"])
+        if name == "with":
+            assert app.ledger.table()["n_pushed"][-1] >= 500
+        arrays = [load_output(file)[0]["fluid"] for file in app.output_files]
+        energy[name] = max(0.5 * np.sum(pa.m * (pa.u**2 + pa.v**2 + pa.w**2)) for pa in arrays)
+        _, level = level_history(app.output_files, dim=3)
+        swelling[name] = level.max() / level[0] - 1.0
+    paid = app.facts()["swelling if none vents"][0]
+    assert 0.5 <= energy["with"] / energy["without"] <= 2.0  # measured 1.1; 11 where the push knew no speed
+    assert 0.5 * paid <= swelling["with"] <= 1.5 * paid  # measured 1.27; 2.9 where the push knew no speed

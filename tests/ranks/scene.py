@@ -123,7 +123,7 @@ class RankScene(SceneApplication):
             burst=DynamicNucleation(superheat_limit=100.0, radius=2.4), bubbles=BubbleLabels(),
             condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(),
             adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
-            oscillation=Oscillation(form="hysteresis", min_particles=5, longest=0.005),
+            oscillation=Oscillation(form="hysteresis", min_particles=5),
             venting=Venting(mode="remove", share=0.6, steps=1), refill=Refill(rate=0.5))
 
     def make_particles(self, p, scheme):

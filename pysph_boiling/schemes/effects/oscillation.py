@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pysph_boiling.device import largest, values
+from pysph_boiling.device import largest, real, summed, values
 from pysph_boiling.equations import oscillation
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
@@ -31,6 +31,14 @@ class Oscillation(Effect):
     target radius runs from bound to bound and back in ``period``. ``"rayleigh_plesset"`` solves for the volume of each
     bubble, to which both its radius and the rest volume of its particles are set.
 
+    **How far a wall is pushed.** The step turns a displacement into a velocity, so the push is bounded by what moves
+    the wall of a real bubble in a step dt. Its mean radius, counted from the start of the step, changes by at most U dt
+    through the push, with the largest speed of a sine between the bounds, U = pi (upper - lower) R/period; outwards
+    also by dt^2/2 of p/(rho R), the acceleration at which the weight of the liquid above, p, would close it (Rayleigh
+    1917), which a bubble must bear to grow at all. No particle is pushed further than that. So a bubble gathers no
+    speed from step to step, and the push gives none in a short step. The column ``work_oscillation`` has the kinetic
+    energy that all pushes gave.
+
     A push is cut for a whole bubble, so that its particles still share no net momentum. With unequal masses the centre
     of mass stays, the centroid does not.
 
@@ -53,14 +61,14 @@ class Oscillation(Effect):
     sweeps: int = param(1, "-", "solves a step", low=1)
     eps: float = param(1e-6, "-", "relaxation of eq. 29, relative to w/N", low=0.0)
     min_particles: int = param(2, "-", "smaller bubbles are left alone", low=2)
-    longest: float = param(0.05, "-", "largest displacement of a particle in a step, in spacings", above=0.0)
     k_model: float = param(0.05, "-", "'band': growth of the bounds with N^(1/3)", low=0.0)
     length: float = param(2.0, "-", "'band': unit of the paper's radii, in spacings", above=0.0)
     lower: float = param(None, "-", "lower bound, in units of the radius at rest; 0.9, hysteresis 0.95, "
                          "Rayleigh-Plesset 0.6 if not given", above=0.0)
     upper: float = param(None, "-", "upper bound, in units of the radius at rest; 1.15, Rayleigh-Plesset 1.25 if not "
                          "given", above=0.0)
-    period: float = param(None, "s", "'hysteresis': period; 10 sqrt(spacing/|g|) if not given", above=0.0)
+    period: float = param(None, "s", "in which a bubble swings from bound to bound and back, at the fastest; "
+                          "10 sqrt(spacing/|g|) if not given; not for 'rayleigh_plesset'", above=0.0)
     pressure: float = param(101325.0, "Pa", "'rayleigh_plesset': ambient pressure", above=0.0)
     kappa: float = param(1.33, "-", "'rayleigh_plesset': polytropic exponent of the gas", low=1.0)
     viscosity: float = param(None, "Pa s", "'rayleigh_plesset': of the liquid; the material's if not given. More of it "
@@ -109,19 +117,20 @@ class Oscillation(Effect):
         return tuple(rows)
 
     def constants(self, scene):
-        constants = {"pushes": 0.0, "oscillation_dt": 0.0, "n_pushed": 0.0, "n_push_cut": 0.0}
+        constants = {"pushes": 0.0, "oscillation_dt": 0.0, "n_pushed": 0.0, "work_oscillation": 0.0}
         return {**constants, "n_clamped": 0.0} if self.form == "rayleigh_plesset" else constants
 
     def columns(self, scene):
         meanings = {"n_pushed": "pushes of a bubble since the start",
-                    "n_push_cut": "pushes cut by the displacement limit since the start",
                     "n_clamped": "times that the volume of a bubble was held at its bounds, or at what a step may "
                                  "displace, since the start"}
-        return tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
-                     for name, meaning in meanings.items() if name in self.constants(scene))
+        counts = tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
+                       for name, meaning in meanings.items() if name in self.constants(scene))
+        return (*counts, Column("work_oscillation", "J", "kinetic energy given by the pushes since the start",
+                                lambda arrays, scene: constant(arrays, "work_oscillation")))
 
     def check(self, scene, arrays):
-        if self.form == "hysteresis" and math.isinf(self.resolved_period(scene)):
+        if self.form != "rayleigh_plesset" and math.isinf(self.resolved_period(scene)):
             raise ValueError("oscillation.period [s] must be given in a scene without gravity")
         if self.form == "rayleigh_plesset":
             if scene.dim != 3:
@@ -171,40 +180,76 @@ class Oscillation(Effect):
         if self.gradient == "paper":
             mean[:] = 0.0
 
-        low, high = self.radii(scene, vapour, radius, first)
+        low, high, speed = self.radii(scene, vapour, radius, first)
         gap = np.maximum(low - radius, 0.0) - np.maximum(radius - high, 0.0)
         gap[(vapour.n < self.min_particles) | (np.abs(gap) < ROUND_OFF * high)] = 0.0
         if not gap.any():
             return False
-        w, span = 1.0 / vapour.get("m"), np.linalg.norm(direction - mean[vapour.index], axis=1)
-        squares = vapour.sum(w * span**2) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
+        dt = float(arrays[0].oscillation_dt[0])
+        step = np.stack([vapour.get(name) for name in ("sx", "sy", "sz")], -1)
+        reach = speed * dt + np.where(gap > 0.0, 0.5 * self.collapse(scene, arrays, centre, radius) * dt**2, 0.0)
+        most = self.radius(vapour, place - step) + np.sign(gap) * reach - radius  # how far the wall may still go
+        gap = np.clip(most, np.minimum(gap, 0.0), np.maximum(gap, 0.0))
+        w, way = 1.0 / vapour.get("m"), direction - mean[vapour.index]
+        squares = vapour.sum(w * np.sum(way**2, axis=1)) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
         push = self.omega * gap / (squares * vapour.n)
-        reach = vapour.max(w * span)
-        most = self.longest * scene.spacing / self.sweeps
-        cut = np.abs(push) * reach > most
-        push[cut] = np.sign(push[cut]) * most / reach[cut]
+        furthest = np.abs(push) * vapour.max(w * np.linalg.norm(way, axis=1))
+        push *= np.minimum(1.0, np.abs(most) / self.sweeps / np.where(furthest > 0.0, furthest, 1.0))
+        if not push.any():
+            return False
 
         for axis, letter in enumerate("xyz"):
             vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
             vapour.put(f"bd{letter}", mean[vapour.index, axis])
         vapour.put("thrust", push[vapour.index])
-        arrays[0].n_pushed[0] += np.count_nonzero(gap)
-        arrays[0].n_push_cut[0] += np.count_nonzero(cut)
+        arrays[0].n_pushed[0] += np.count_nonzero(push)
+        move = (push[vapour.index] * w)[:, None] * way
+        work = np.sum(((step + 0.5 * move) * move).sum(axis=1) / w)
+        arrays[0].work_oscillation[0] += ranks.total(float(work)) / dt**2
         for pa in arrays:
             pa.pushes[0] += 1.0
         return True
 
+    @staticmethod
+    def radius(vapour, place):
+        """Mean distance of the particles of each bubble from its centroid [m]; ``place`` (n, 3) [m]."""
+        centre = np.stack([vapour.sum(place[:, axis]) for axis in range(3)], -1) / vapour.n[:, None]
+        return vapour.sum(np.linalg.norm(place - centre[vapour.index], axis=1)) / vapour.n
+
+    @staticmethod
+    def collapse(scene, arrays, centre, radius):
+        """Acceleration [m/s^2] that the weight of the liquid above gives the wall of each bubble: p/(rho R).
+
+        The level is that of an even pool with this mean height, which drops in flight hardly move.
+        """
+        up = np.array(scene.up)
+        count = ranks.total(sum(real(pa) for pa in arrays))
+        mean = ranks.total(sum(summed(height(pa, up)) for pa in arrays)) / count
+        floor = -ranks.largest(max(largest(-height(pa, up), default=-math.inf) for pa in arrays))
+        depth = np.maximum(2.0 * mean - floor - centre @ up, 0.0)
+        size = radius / {2: 2.0 / 3.0, 3: 0.75}[scene.dim]  # of a disc or ball with this mean radius
+        return scene.g * depth / np.maximum(size, 0.5 * scene.spacing)
+
     def radii(self, scene, vapour, radius, first):
-        """Bounds of the mean radius of each bubble [m]; ``first`` in a step, the target of a hysteresis moves on."""
+        """(low, high, speed) of each bubble: bounds of its mean radius [m], and how fast that may be pushed [m/s].
+
+        ``first`` in a step, the target of a hysteresis moves on.
+        """
         if self.form == "band":
             unit = self.length * scene.spacing
-            return tuple((bound + self.k_model * np.cbrt(vapour.n)) * unit for bound in BAND)
+            low, high = ((bound + self.k_model * np.cbrt(vapour.n)) * unit for bound in BAND)
+            return low, high, math.pi * (high - low) / self.resolved_period(scene)
         at_rest = self.radius_at_rest(scene, vapour)
+        lower, upper = self.bounds()
+        period = self.resolved_period(scene)
+        if self.form == "rayleigh_plesset":
+            period = self.time_scale * 2.0 * math.pi / self.bubble(scene).frequency(at_rest / 0.75)
+        speed = math.pi * (upper - lower) * at_rest / period
         if self.form == "relative":
-            return tuple(bound * at_rest for bound in self.bounds())
+            return lower * at_rest, upper * at_rest, speed
         if self.form == "hysteresis":
             at_rest = at_rest * self.aims(scene, vapour, radius / at_rest, first)
-        return at_rest, at_rest
+        return at_rest, at_rest, speed
 
     @staticmethod
     def radius_at_rest(scene, vapour):
@@ -219,7 +264,7 @@ class Oscillation(Effect):
         """Target of each bubble in units of its radius at rest; each particle carries it, its sign the direction.
 
         Those in the majority tell target and direction of a bubble that has merged. A new bubble starts from its
-        ``radius`` (in the same unit) and grows.
+        ``radius`` (in the same unit) and grows, or shrinks where it is beyond the upper bound.
         """
         aim = vapour.get("aim")
         if not first:
@@ -230,12 +275,12 @@ class Oscillation(Effect):
         known = vapour.sum(agree)
         target = np.where(known > 0.0, vapour.sum(agree * np.abs(aim)) / np.maximum(known, 1.0), radius)
         dt = float(vapour.arrays[0].oscillation_dt[0])
-        target = np.clip(target, lower, upper) + sense * dt * 2.0 * (upper - lower) / self.resolved_period(scene)
-        turned = np.where(target > upper, 2.0 * upper - target, np.where(target < lower, 2.0 * lower - target, target))
-        sense[turned != target] *= -1.0
-        turned = np.clip(turned, lower, upper)
-        vapour.put("aim", (sense * turned)[vapour.index], elsewhere=0.0)
-        return turned
+        step = dt * 2.0 * (upper - lower) / self.resolved_period(scene)
+        beyond = np.where(sense > 0.0, target + step - upper, lower - target + step)  # the bound ahead
+        target = target + sense * (step - 2.0 * np.clip(beyond, 0.0, step))
+        sense[beyond > 0.0] *= -1.0
+        vapour.put("aim", (sense * target)[vapour.index], elsewhere=0.0)
+        return target
 
     def ring(self, scene, arrays):
         """Advance the volume of each bubble, and share it out as swell of its particles.
