@@ -31,7 +31,8 @@ class PBFDensity(Equation):
     kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index only.
-    Errors   ValueError if rho_rest <= 0.   Limits   Summed density is low at a free surface: C is clamped later.
+    Errors   ValueError if rho_rest <= 0.   Limits   Summed density is low at a free surface: C is clamped later. The
+    cubic spline lets particles pair where they are crowded, and everywhere from h/dx 1.3 on; Wendland's does not.
     """
 
     def __init__(self, dest, sources, rho_rest, kernel):

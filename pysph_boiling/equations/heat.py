@@ -65,7 +65,8 @@ class HeatConduction(Equation):
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_ae [J/(kg s)], own index only.
     Needs    HeatTemperature (or PhaseTemperature) in an earlier group.   Errors   ValueError if rho0 <= 0.
-    Limits   Explicit: see ``heat_dt``. Use a bell-shaped kernel (cubic spline, Wendland).
+    Limits   Explicit: see ``heat_dt``. Use a bell-shaped kernel (cubic spline, Wendland). On particles out of order
+    heat is slower: a Fourier mode decays 2.1, 2.5 and 7.1 % too slowly at 0, .1 and .3 spacings (2-D, h/dx 1.2).
     """
 
     def __init__(self, dest, sources, rho0):

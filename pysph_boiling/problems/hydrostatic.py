@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 from pysph.base import kernels
+from scipy.spatial import cKDTree
 
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, lattice_density
@@ -13,7 +14,7 @@ from pysph_boiling.problems.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
 
-__all__ = ["HydrostaticColumn", "compression"]
+__all__ = ["HydrostaticColumn", "compression", "nearest"]
 
 SAMPLES = 8  # moments after the column has settled at which its density is summed
 
@@ -44,6 +45,12 @@ def compression(fluid, others, scheme):
     return np.maximum(rho / (scheme.rho0 * lattice) - 1.0, 0.0)
 
 
+def nearest(fluid, spacing):
+    """Distance of each particle to the nearest other one, in spacings, shape (n,)."""
+    points = np.stack([fluid.x, fluid.y, fluid.z], -1)
+    return cKDTree(points).query(points, k=2)[0][:, 1] / spacing
+
+
 @dataclass(frozen=True, kw_only=True)
 class HydrostaticColumn(Problem):
     """A lattice let go at once: the walls push it off, it sloshes and comes to rest.
@@ -52,7 +59,8 @@ class HydrostaticColumn(Problem):
     t* = sqrt(spacing/g); the column settles for ``settle`` and is then looked at for ``watch``, both in sqrt(height/g).
     Errors: ``density_mean`` mean positive density error and ``density_max`` the largest, of the positions that steps
     end with; ``level`` relative, positive where the water stands too high; ``speed`` root mean square over
-    sqrt(g height). Facts: ``sweeps`` in a step; ``residual``, the mean error as the sweeps themselves report it;
+    sqrt(g height); ``pairs`` share of particles within half a spacing of another. Facts: ``closest`` distance of two
+    particles in spacings; ``sweeps`` in a step; ``residual``, the mean error as the sweeps themselves report it;
     ``searches`` of neighbours in a step.
     """
 
@@ -87,7 +95,7 @@ class HydrostaticColumn(Problem):
         unit = math.sqrt(self.height / 9.81)
         stepper.step(math.ceil(self.settle * unit / stepper.dt))
         every = max(1, round(self.watch * unit / stepper.dt / SAMPLES))
-        mean, worst, level, speed, sweeps, residual = [], [], [], [], [], []
+        mean, worst, level, speed, sweeps, residual, distances = [], [], [], [], [], [], []
         for _ in range(SAMPLES):
             for _ in range(every):
                 stepper.step()
@@ -97,13 +105,16 @@ class HydrostaticColumn(Problem):
             mean.append(errors.mean())
             worst.append(errors.max())
             level.append(2.0 * fluid.get("xyz"[self.dim - 1]).mean() / self.height - 1.0)
+            distances.append(nearest(fluid, spacing))
             speed.append(math.sqrt(np.mean(fluid.u**2 + fluid.v**2 + fluid.w**2)) * unit / self.height)
         stages = scheme.integrator.wall_time
         return Outcome(
             errors=dict(density_mean=float(np.mean(mean)), density_max=float(np.max(worst)),
-                        level=float(np.mean(level)), speed=float(np.mean(speed))),
+                        level=float(np.mean(level)), speed=float(np.mean(speed)),
+                        pairs=float(np.mean(np.array(distances) < 0.5))),
             seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x),
-            facts=dict(sweeps=float(np.mean(sweeps)), residual=float(np.mean(residual)),
+            facts=dict(closest=float(np.min(distances)), sweeps=float(np.mean(sweeps)),
+                       residual=float(np.mean(residual)),
                        unconverged=float(fluid.unconverged[0]) / stepper.solver.count,
                        searches=getattr(scheme.integrator, "searches", stepper.solver.count) / stepper.solver.count,
                        seconds_search=stages["search"], seconds_density=stages["density"]))

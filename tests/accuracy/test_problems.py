@@ -9,7 +9,7 @@ from pysph_boiling.particles import fluid_block, wall_array
 from pysph_boiling.problems.bubble_rise import BubbleRise
 from pysph_boiling.problems.dam_break import DamBreak
 from pysph_boiling.problems.drift import PeriodicBox, SloshingTank
-from pysph_boiling.problems.hydrostatic import HydrostaticColumn, compression
+from pysph_boiling.problems.hydrostatic import HydrostaticColumn, compression, nearest
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.schemes.pbf import PBFScheme
 
@@ -18,8 +18,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
 
 COLUMN = HydrostaticColumn(layers=8, width=0.5, settle=6.0, watch=1.0)
 SMALLEST = {
-    "column, 2-D": (COLUMN, dict(density_mean=0.005, density_max=0.03, level=0.06, speed=0.05)),
-    "column, 3-D": (replace(COLUMN, dim=3), dict(density_mean=0.005, density_max=0.03, level=0.09, speed=0.06)),
+    "column, 2-D": (COLUMN, dict(density_mean=0.005, density_max=0.03, level=0.06, speed=0.05, pairs=0.2)),
+    "column, 3-D": (replace(COLUMN, dim=3), dict(density_mean=0.005, density_max=0.03, level=0.09, speed=0.06,
+                                                 pairs=0.4)),
     "dam break": (DamBreak(layers=8), dict(front=0.15, density_mean=0.005, density_max=0.1)),
     "sloshing": (SloshingTank(cells=16, settle=6.0), dict(gain=0.02, loss=0.9, period=0.05)),
     "periodic box": (PeriodicBox(cells=8, steps=40), dict(momentum=1e-13, mass=0.0)),
@@ -81,3 +82,10 @@ def test_compression_against_the_plain_sum():
             fluid.x[i] - pa.x[j], fluid.y[i] - pa.y[j]), h=h) for pa in (fluid, wall) for j in range(len(pa.x)))
         assert found[i] == pytest.approx(max(rho / rest - 1.0, 0.0), abs=1e-5)  # the kernel is read from a table
     assert found.max() > 0.1
+
+
+def test_distance_to_the_nearest_other_particle():
+    """Two that nearly meet, two apart by 0.6 spacings, one alone at a distance of two."""
+    block = fluid_block((0.0, 0.0, 0.0), (0.5, 0.1, 0.0), spacing=0.1, dim=2, rho0=1000.0)
+    block.x[:], block.y[:] = [0.0, 0.001, 1.0, 1.0, 1.2], [0.0, 0.0, 0.0, 0.06, 0.0]
+    np.testing.assert_allclose(nearest(block, 0.1), [0.01, 0.01, 0.6, 0.6, 2.0], rtol=1e-12)

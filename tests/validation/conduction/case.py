@@ -6,6 +6,9 @@ from pysph_boiling.problems.conduction import FourierMode, HotPlate, TwoBodies, 
 from pysph_boiling.reproduce.pictures import plot
 
 LATTICES = ((2, 1.0), (2, 1.3), (2, 2.0), (3, 1.0), (3, 1.2), (3, 1.5))  # dimension, h/dx
+DISORDER = (0.0, 0.05, 0.1, 0.2, 0.3)  # spacings
+CLOUDS = {"2d": dict(dim=2, hdx=1.2, width=32), "2d_wide": dict(dim=2, hdx=1.3, width=32),
+          "3d": dict(dim=3, hdx=1.2)}  # row -> its Fourier mode of 32 layers
 
 
 def run(quick):
@@ -14,7 +17,9 @@ def run(quick):
         mode={(layers, hdx): FourierMode(layers=layers, hdx=hdx).run() for hdx in (1.2, 1.3)
               for layers in (16, 32, 64)},
         bodies={layers: TwoBodies(layers=layers).run() for layers in (20, 40, 80)},
-        lattice={(dim, hdx): lattice_constant(dim, hdx) for dim, hdx in LATTICES})
+        lattice={(dim, hdx): lattice_constant(dim, hdx) for dim, hdx in LATTICES},
+        disorder={row: [FourierMode(**cloud, disorder=most).run() for most in DISORDER]
+                  for row, cloud in CLOUDS.items() if not (quick and row == "3d")})
 
 
 def order(errors):
@@ -44,6 +49,11 @@ def rows(outcomes):
     lattice = outcomes["lattice"]
     yield "lattice", max(abs(ratio - 1.0) for ratio in lattice.values()), "ratio to exact " + ", ".join(
         f"{ratio:.3f}" for ratio in lattice.values())
+    at = f"at {', '.join(f'{most:g}' for most in DISORDER)} dx"
+    for row, found in outcomes["disorder"].items():
+        rate, local = ([one.errors[error] for one in found] for error in ("rate", "local"))
+        yield f"disorder_{row}", rate[-1], f"{percent(rate, signed=True)} {at}"
+        yield f"local_{row}", local[-1], f"{', '.join(f'{100.0 * one:.0f}' for one in local)} % {at}"
     energy = max(one.facts["energy"] for one in bodies.values())
     yield "conserved", energy, f"{energy:.0e}"
 
