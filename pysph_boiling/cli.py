@@ -60,6 +60,7 @@ def render(arguments):
     """Draw the pictures of a finished run again, make a movie of them, or write files for ParaView."""
     from rich.progress import track
 
+    from pysph_boiling.analysis.files import Manifest
     from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
 
     parser = argparse.ArgumentParser(prog="pysph-boiling render")
@@ -83,6 +84,7 @@ def render(arguments):
         return
     frames = render_run(folder, colour=options.colour, view=options.view, every=options.every,
                         track=partial(track, description="drawing"))
+    Manifest(folder).claim("frames.png", *([f"movie.{options.movie}"] if options.movie else []))
     contact_sheet(frames, os.path.join(folder, "frames.png"))
     print(f"{len(frames)} pictures in {os.path.join(folder, 'frames')}, and frames.png")
     if options.movie:

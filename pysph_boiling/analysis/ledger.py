@@ -6,7 +6,6 @@ it, never found by subtraction, so the residual measures the scheme's conservati
     residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
 """
 import json
-import os
 import warnings
 from array import array
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.analysis.files import whole
 from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes import ranks
@@ -27,10 +27,8 @@ START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "coun
 
 def save_results(path, table):
     """Write ``table`` (name -> array (rows,)) as npz: to a temporary file first, so that no reader sees half of it."""
-    path = Path(path)
-    temporary = path.with_suffix(".tmp.npz")
-    np.savez(temporary, **table)
-    os.replace(temporary, path)
+    with whole(path) as part, open(part, "wb") as opened:
+        np.savez(opened, **table)
 
 
 def load_results(path):
@@ -56,10 +54,8 @@ def load_results(path):
 
 def write_json(path, data):
     """Write ``data`` as JSON, to a temporary file first."""
-    path = Path(path)
-    temporary = path.with_suffix(".tmp")
-    temporary.write_text(json.dumps(data, indent=2, default=str) + "\n")
-    os.replace(temporary, path)
+    with whole(path) as part:
+        part.write_text(json.dumps(data, indent=2, default=str) + "\n")
 
 
 class Rows(Sequence):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pysph_boiling.analysis.files import output_files, read_output
+from pysph_boiling.analysis.files import Manifest, output_files, read_output
 from pysph_boiling.phases import Phase
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "load_output",
@@ -112,13 +112,14 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
 
     ``output_dir`` holds the files of a PySPH run (hdf5 or npz) and, if it is one of ours, ``run.json``, whose ``dim``,
     ``spacing`` [m] and ``scene`` are used; otherwise both are estimated from the particles. Every ``every``-th file is
-    drawn into ``out`` (default ``<output_dir>/frames``), whose older frames are deleted. View and colour scale are
-    the same in all frames: they come from the first, middle and last.
+    drawn into ``out`` (default ``<output_dir>/frames``), from which frames that were drawn before are deleted. View and
+    colour scale are the same in all frames: they come from the first, middle and last.
 
     ``view`` is one of :func:`draw_scene`, or "surface": :func:`~pysph_boiling.analysis.surface.draw_surface`, pictures
     of ``size`` pixels. ``track`` wraps the list of files, to show progress.
 
-    Errors: ``FileNotFoundError`` where the folder holds no output; those of the function that draws.
+    Errors: ``FileNotFoundError`` where the folder holds no output; ``FileExistsError`` for a file of the user's in the
+    way; those of the function that draws.
     """
     files = _output_files(output_dir, every)
     record = Path(output_dir) / "run.json"
@@ -141,14 +142,14 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
         draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
                                      "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
 
-    folder = Path(out) if out is not None else Path(output_dir) / "frames"
+    folder, listed = _drawn_into(output_dir, out, "frames")
     folder.mkdir(parents=True, exist_ok=True)
-    for old in folder.glob("frame_[0-9][0-9][0-9][0-9][0-9].png"):
-        old.unlink()
     paths = []
     for number, file in enumerate(track(files)):
         arrays, t = load_output(file)
-        paths.append(draw(arrays, folder / f"frame_{number:05d}.png", t=t, **options))
+        path = folder / f"frame_{number:05d}.png"
+        listed.claim(path.relative_to(listed.folder).as_posix())
+        paths.append(draw(arrays, path, t=t, **options))
     return paths
 
 
@@ -164,19 +165,25 @@ def write_paraview(output_dir, *, every=1, out=None, track=iter):
     from pysph.solver.vtk_output import dump_vtk
 
     files = _output_files(output_dir, every)
-    folder = Path(out) if out is not None else Path(output_dir) / "paraview"
+    folder, listed = _drawn_into(output_dir, out, "paraview")
     folder.mkdir(parents=True, exist_ok=True)
+
+    def claimed(name):
+        listed.claim((folder / name).relative_to(listed.folder).as_posix())
+        return folder / name
+
     entries = {}
     for number, file in enumerate(track(files)):
         arrays, t = load_output(file)
         scene = Path(file).stem.rsplit("_", 1)[0]
         for name, pa in arrays.items():
             vectors = {"velocity": ["u", "v", "w"]} if _has([pa], "u", "v", "w") else {}
+            claimed(f"{scene}_{name}_{number:05d}.vtu")
             dump_vtk(str(folder / f"{scene}_{number:05d}"), [pa], **vectors)
             entries.setdefault(name, []).append(
                 f'    <DataSet timestep="{t:.9g}" file="{scene}_{name}_{number:05d}.vtu"/>\n')
     for name, lines in entries.items():
-        (folder / f"{name}.pvd").write_text(
+        claimed(f"{name}.pvd").write_text(
             f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(lines)}  </Collection>\n</VTKFile>\n')
     return [folder / f"{name}.pvd" for name in entries]
 
@@ -231,6 +238,18 @@ def needed(name):
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[view]"', name=name) from error
+
+
+def _drawn_into(output_dir, out, name):
+    """(folder, :class:`Manifest`) for what is drawn of a run: ``out``, or the folder ``name`` of the run's own.
+
+    What was drawn there before is removed.
+    """
+    listed = Manifest(output_dir if out is None else out)
+    folder = listed.folder / name if out is None else listed.folder
+    inside = folder.relative_to(listed.folder)
+    listed.remove(lambda known: (listed.folder / known).parent == listed.folder / inside)
+    return folder, listed
 
 
 def _output_files(output_dir, every):

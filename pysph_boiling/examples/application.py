@@ -5,9 +5,9 @@ Every parameter of the scene and of every effect is a command-line option. A run
 ``results.npz``, ``run.json`` and pictures in its output folder.
 """
 import dataclasses
-import json
 import os
 import platform
+import re
 import signal
 import sys
 import tempfile
@@ -29,9 +29,10 @@ from pysph.solver.application import Application
 from pysph.solver.tools import Tool
 
 from pysph_boiling import inherited
-from pysph_boiling.analysis.files import last_output, output_files, read_output
-from pysph_boiling.analysis.ledger import Ledger, load_results, write_json
+from pysph_boiling.analysis.files import Manifest, last_output, output_files, run_record, step_of
+from pysph_boiling.analysis.ledger import Ledger, write_json
 from pysph_boiling.checks import CheckFailed, NotChecked, require
+from pysph_boiling.resume import Resumed, settings, with_units
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects import check_parameters, param
 from pysph_boiling.schemes.effects.venting import VentingTool
@@ -49,9 +50,10 @@ MASS, ENERGY, SINGLE = 1e-12, 1e-10, 1e-4
 class SceneParameters:
     """Parameters every scene has. Subclasses add their own with :func:`param`."""
 
-    duration: float = param(1.0, "s", "simulated time", above=0.0)
-    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0)
-    substeps: int = param(None, "-", "steps in a frame; as many as the suggested time step needs, if not given", low=1)
+    duration: float = param(1.0, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
+    substeps: int = param(None, "-", "steps in a frame; as many as the suggested time step needs, if not given", low=1,
+                          may_change=True)
     seed: int = param(0, "-", "seed of everything random", low=0)
 
     def __post_init__(self):
@@ -126,58 +128,6 @@ def check_writable(folder):
         raise OSError(f"the output folder '{folder}' cannot be written to: {error.strerror}") from error
 
 
-class Resumed:
-    """The state of an interrupted run, from one of its particle files and the results beside it.
-
-    Particle values go into arrays made anew, so that what is compiled is what the first start compiled.
-
-    Errors: ``ValueError`` where the file is not of this scene with these effects.
-    """
-
-    def __init__(self, file, arrays):
-        self.folder = Path(file).parent
-        found, solver_data = read_output(file)
-        self.t, self.count = float(solver_data["t"]), int(solver_data["count"])
-        self.constants = {}
-        for pa in arrays:
-            stored = found.get(pa.name)
-            names = stored.output_property_arrays if stored is not None else []
-            if stored is None or set(names) != set(pa.output_property_arrays) or set(pa.constants) - set(
-                    stored.constants):
-                raise ValueError(f"--restart-file: {file} does not fit this scene with these effects: array "
-                                 f"'{pa.name}' {'is missing' if stored is None else 'has other properties'}")
-            n, now = stored.get_number_of_particles(), pa.get_number_of_particles()
-            if n < now:
-                pa.remove_particles(np.arange(n, now))
-            elif n > now:
-                pa.extend(n - now)
-                pa.align_particles()
-            for name in names:
-                pa.get(name, only_real_particles=False)[:] = stored.get(name, only_real_particles=False)
-            for name in pa.constants:
-                pa.constants[name].get_npy_array()[:] = stored.constants[name].get_npy_array()
-            self.constants[pa.name] = {name: stored.constants[name].get_npy_array().copy() for name in
-                                       set(stored.constants) - set(pa.constants)}
-
-    def apply(self, solver, ledger, tools):
-        """Set the clock, and give the ledger and the tools what they had collected."""
-        from pysph_boiling.analysis.bubbles import Departures
-
-        solver.t, solver.count = self.t, self.count
-        for pa in solver.particles:
-            for name, values in self.constants[pa.name].items():
-                pa.add_constant(name, values)
-        early = self.t * (1.0 + 1e-12)
-        if (self.folder / "results.npz").exists():
-            ledger.resume(load_results(self.folder), early)
-        record = self.folder / "run.json"
-        events = json.loads(record.read_text()) if record.exists() else {}
-        for tool in tools:
-            name = {Departures: "departures", VentingTool: "vents"}.get(type(tool))
-            if name:
-                tool.events = [tuple(event) for event in events.get(name, ()) if event[0] <= early]
-
-
 class SceneApplication(Application):
     """Base of all scenes.
 
@@ -189,6 +139,7 @@ class SceneApplication(Application):
     Parameters = SceneParameters
     title = "scene"
     variants: dict = {}
+    pictures = ()  # that draw() makes besides the common ones
 
     # --- what a scene overrides ---------------------------------------------------------------------------------------
 
@@ -411,24 +362,67 @@ class SceneApplication(Application):
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
-        restart, self.options.restart_file = self.options.restart_file, None  # we fill our own arrays from it
+        restart = self.restart_file()
+        if self.options.post_process is None:
+            self._configure_global_config()
+            self._prepare()
+            if restart is not None:
+                self.resumed = Resumed(restart, self, self.prepared)
+                self.changes = self.resumed.changes
+        if not self.options.disable_output:
+            self.check_folder()
+        # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
+        self.options.parallel_scale_factor = 1.0
+        super().setup(argv=None)
+        self.solver.set_output_fname(self.fname)  # one file for all ranks, named as for one
+
+    def restart_file(self):
+        """The particle file that the run goes on from, or ``None``; it is ours to read, and not PySPH's."""
+        restart, self.options.restart_file = self.options.restart_file, None
         if restart is not None and not os.path.isfile(restart):
             raise FileNotFoundError(f"--restart-file: no file {restart}")
         if self.options.resume:
             if restart is not None:
                 raise ValueError("--resume and --restart-file contradict each other")
             restart = last_output(self.options.output_dir)
-        if self.options.post_process is None:
-            self._configure_global_config()
-            self._prepare()
-            if restart is not None:
-                self.resumed = Resumed(restart, self.prepared)
-        if not self.options.disable_output:
-            check_writable(self.options.output_dir)
-        # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
-        self.options.parallel_scale_factor = 1.0
-        super().setup(argv=None)
-        self.solver.set_output_fname(self.fname)  # one file for all ranks, named as for one
+        return restart
+
+    def check_folder(self):
+        """Refuse a folder with files of the user or of another scene in the way; list what is going to be written."""
+        folder, fname = Path(self.options.output_dir), self.fname
+        other = run_record(folder).get("scene", self.scene_name())
+        if other != self.scene_name():
+            raise ValueError(f"{folder} holds a run of {other}: give this one a folder of its own, with --directory")
+        check_writable(folder)
+        self.manifest = Manifest(folder)
+        names = ["run.json", "results.npz", "profile_info.csv", *self.begun()]
+        if self.options.pictures:
+            names += ["history.png", "frames.png", *self.pictures]
+        drawn = [r"frames/frame_\d{5}\.png"] if self.options.pictures else []
+        self.manifest.refuse(*map(re.escape, ["MANIFEST", *names]), rf"{re.escape(fname)}_\d{{5,}}\.hdf5", *drawn)
+        ranks.wait()
+        if ranks.rank() == 0:
+            self.manifest.claim(*names)
+
+    def begun(self):
+        """Names of the files that PySPH has begun when the first step is taken: its summary, and its log."""
+        log = self.options.logfile or f"{self.fname}.log"
+        return [f"{self.fname}.info", *([log] if os.path.basename(log) == log else [])]
+
+    def clear_folder(self, console):
+        """Remove what an earlier run of this scene left in the folder, or what lies after the restart; say so."""
+        on = self.resumed is not None and self.resumed.folder.resolve() == Path(self.output_dir).resolve()
+        later = on and any(step_of(name) > self.resumed.count for name in self.manifest.known & set(
+            self.manifest.found()))
+        gone = self.manifest.remove(lambda name: name not in self.begun() and (
+            self.resumed.later(name) and later if on else True))
+        files = sum(step_of(name) >= 0 for name in gone)
+        if gone:
+            what = f"what came after t = {self.resumed.t:.4g} s" if on else "an earlier run of this scene"
+            console.print(f"replaced {what} in {self.output_dir}: {files} particle files, {len(gone) - files} others",
+                          markup=False)
+        if not on:
+            self.check_folder()
 
     @property
     def output_files(self):
@@ -473,15 +467,9 @@ class SceneApplication(Application):
         """Write the results so far: before each particle file, so that a run can go on from any of these."""
         record = self.run_record(completed)
         if ranks.rank() == 0 and not self.options.disable_output:
+            self.manifest.claim(f"{self.fname}_{self.solver.count:05d}.hdf5")
             self.ledger.save()
             write_json(Path(self.output_dir) / "run.json", record)
-
-    def _remove_earlier_output(self):
-        """Take away what an earlier run of this scene left in the folder, so that outputs do not mix."""
-        folder = Path(self.output_dir)
-        for path in (*folder.glob(f"{self.fname}_[0-9]*.hdf5"), *folder.glob(f"{self.fname}_[0-9]*.npz"),
-                     folder / "results.npz"):
-            path.unlink(missing_ok=True)
 
     def run(self, argv=None):
         """Run, write results and pictures, and check the final state."""
@@ -500,10 +488,7 @@ class SceneApplication(Application):
         self.setup()
         self.print_header(console)
         if not self.options.disable_output and ranks.rank() == 0:
-            for part in Path(self.output_dir).glob("*.part"):  # what a killed run was writing
-                part.unlink()
-            if self.resumed is None:
-                self._remove_earlier_output()
+            self.clear_folder(console)
         ranks.wait()
         self.began = perf_counter(), self.solver.count
         try:
@@ -572,10 +557,26 @@ class SceneApplication(Application):
         counts = ", ".join(f"{number} {name}" for name, number in self.counts().items())
         shared = f" on {ranks.size()} ranks" if ranks.size() > 1 else ""
         console.print(f"[bold]{self.title}[/bold]: {counts} particles{shared}, dt = {solver.dt * 1e3:.4g} ms, "
-                      f"{int(np.ceil(self.parameters.duration / solver.dt))} steps to t = {self.parameters.duration} s")
+                      f"{int(np.ceil(max(self.parameters.duration - solver.t, 0.0) / solver.dt - 1e-9))} steps "
+                      + (f"from t = {solver.t:.4g} s " if self.resumed is not None else "")
+                      + f"to t = {self.parameters.duration} s")
         console.print("effects: " + ", ".join(scheme.effects))
+        for change in self.resumed.new if self.resumed is not None else ():
+            console.print(f"  from t = {change['t']:.4g} s on: {change['parameter']} = {change['after']} "
+                          f"{change['unit']}, was {change['before']}", markup=False)
         for name, (value, unit) in self.facts().items():
             console.print(f"  {name} = {value:.4g}{'' if unit == '-' else ' ' + unit}")
+
+    def scene_name(self):
+        """The name of the scene: that of its module."""
+        return type(self).__module__.rsplit(".", 1)[-1]
+
+    @staticmethod
+    def backend():
+        """What computes: "cython", "openmp", "opencl" or "cuda"."""
+        config = get_config()
+        return "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
+            "openmp" if config.use_openmp else "cython"
 
     def counts(self):
         """Particles of each array, on all ranks."""
@@ -583,22 +584,14 @@ class SceneApplication(Application):
 
     def run_record(self, completed):
         """Everything needed to know how a run was made (design: results contract), as it goes into ``run.json``."""
-        scheme = self.scheme
-        options, config = self.options, get_config()
-        backend = "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
-            "openmp" if config.use_openmp else "cython"
-
-        def with_units(instance):
-            return {spec.name: {"value": getattr(instance, spec.name), "unit": spec.metadata["unit"]}
-                    for spec in dataclasses.fields(instance) if "unit" in spec.metadata}
-
+        scheme, options, backend = self.scheme, self.options, self.backend()
         return {
-            "scene": type(self).__module__.rsplit(".", 1)[-1],
+            "scene": self.scene_name(),
             "command": " ".join([os.path.basename(sys.argv[0]), *sys.argv[1:]]),
             "arguments": list(self.args),
             "completed": completed,
             **origin(),
-            "backend": backend,
+            **{name: setting.value for name, setting in settings(self)[1].items()},
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
@@ -607,9 +600,6 @@ class SceneApplication(Application):
             "seed": self.parameters.seed,
             "mode": options.mode,
             "quality": options.quality or "scene",
-            "dim": scheme.dim,
-            "spacing": scheme.spacing,
-            "dt": self.solver.dt,
             "steps": self.solver.count,
             "particles": self.counts(),
             "parameters": with_units(self.parameters),
@@ -620,6 +610,7 @@ class SceneApplication(Application):
             "timed": {"steps": self.solver.count - self.began[1], "seconds": perf_counter() - self.began[0]},
             "departures": self.departures,
             "vents": self.vents,
+            "changes": self.changes,
         }
 
 

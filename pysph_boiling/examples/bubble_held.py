@@ -19,7 +19,7 @@ from pysph_boiling.schemes.effects import Buoyancy, Venting, param
 class BubbleHeldParameters(BubbleRiseParameters):
     """A small box of water near saturation, with a bubble in it."""
 
-    duration: float = param(1.0, "s", "simulated time", above=0.0)
+    duration: float = param(1.0, "s", "simulated time", above=0.0, may_change=True)
 
     width: int = param(12, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(20, "-", "height of the water, in spacings", low=12)

@@ -20,7 +20,7 @@ from pysph_boiling.schemes.effects import param
 class BubbleMergeParameters(BubbleRiseParameters):
     """As for one bubble; ``height`` and ``diameter`` are those of the lower bubble."""
 
-    duration: float = param(0.6, "s", "simulated time", above=0.0)
+    duration: float = param(0.6, "s", "simulated time", above=0.0, may_change=True)
     second: float = param(4.0, "-", "diameter of the upper bubble, in spacings", above=1.0)
     gap: float = param(2.0, "-", "gap between the two at the start, in spacings", above=1.5)
     aside: float = param(1.0, "-", "the upper bubble is this far to the side, in spacings")

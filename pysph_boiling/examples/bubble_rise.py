@@ -44,8 +44,8 @@ from pysph_boiling.schemes.effects import (
 class BubbleRiseParameters(SceneParameters):
     """An open box of water a little above saturation, with a bubble near its base."""
 
-    duration: float = param(0.9, "s", "simulated time", above=0.0)
-    frame: float = param(1.0 / 60.0, "s", "time between two outputs", above=0.0)
+    duration: float = param(0.9, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(1.0 / 60.0, "s", "time between two outputs", above=0.0, may_change=True)
     seed: int = param(1, "-", "seed of the start positions", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)

@@ -28,7 +28,7 @@ from pysph_boiling.schemes.effects import Cohesion, Oscillation, Venting, param
 class BubbleSplitParameters(BubbleRiseParameters):
     """As for one bubble, which is larger; and the eddies."""
 
-    duration: float = param(0.35, "s", "simulated time", above=0.0)
+    duration: float = param(0.35, "s", "simulated time", above=0.0, may_change=True)
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(11.0, "-", "height of its centre above the base, in spacings", above=0.0)
     cohesion: float = param(0.2, "-", "strength of the cohesion of vapour, in units of gravity", low=0.0)

@@ -25,8 +25,8 @@ FRONT_TOLERANCE = 0.1  # relative distance from the range of the experiments, wh
 class DamBreakParameters(SceneParameters):
     """A column of width a and height 2 a in a long tank."""
 
-    duration: float = param(0.8, "s", "simulated time", above=0.0)
-    frame: float = param(0.02, "s", "time between two outputs", above=0.0)
+    duration: float = param(0.8, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(0.02, "s", "time between two outputs", above=0.0, may_change=True)
     width: float = param(0.5, "m", "width a of the column", above=0.0)
     tank: float = param(7.5, "-", "length of the tank, in widths of the column", above=1.0)
     spacing: float = param(0.0125, "m", "particle spacing", above=0.0)
@@ -39,6 +39,7 @@ class DamBreak(SceneApplication):
 
     Parameters = DamBreakParameters
     title = "dam break"
+    pictures = ("front.png",)
     variants = {"quick": dict(spacing=0.025)}
 
     def box(self, p):
@@ -84,7 +85,7 @@ class DamBreak(SceneApplication):
         return float(np.max(np.maximum(x / high - 1.0, 1.0 - x / low)[window]))
 
     def check_from(self, p):
-        return min(p.duration, WINDOW[1] * math.sqrt(2.0 * p.width / 9.81))
+        return WINDOW[1] * math.sqrt(2.0 * p.width / 9.81)
 
     def check_final(self):
         lower, upper = self.box(self.parameters)

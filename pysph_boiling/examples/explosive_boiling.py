@@ -42,8 +42,8 @@ from pysph_boiling.schemes.effects import (
 class ExplosiveBoilingParameters(SceneParameters):
     """A box of water near saturation whose lower part is superheated."""
 
-    duration: float = param(1.5, "s", "simulated time", above=0.0)
-    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0)
+    duration: float = param(1.5, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
     seed: int = param(1, "-", "seed of the start positions and of what bursts", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)

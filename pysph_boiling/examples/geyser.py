@@ -26,8 +26,8 @@ LEAST = 0.08  # of all particles: bubbles that leave with so much are an eruptio
 class GeyserParameters(SceneParameters):
     """A chamber, a funnel to a narrow vent, and a pool round the vent's mouth; lengths in spacings."""
 
-    duration: float = param(5.0, "s", "simulated time", above=0.0)
-    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0)
+    duration: float = param(5.0, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
     seed: int = param(1, "-", "seed of the start positions and of what bursts", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
@@ -38,7 +38,8 @@ class GeyserParameters(SceneParameters):
     pool: float = param(16.0, "-", "radius of the pool, in spacings", above=4.0)
     pool_depth: int = param(1, "-", "depth of the pool, in spacings", low=1)
     sky: int = param(30, "-", "height above the pool, in spacings", low=4)
-    superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0)
+    superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
+                             may_change=True)
     limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0)
     region: float = param(2.4, "-", "radius of a region, in spacings", above=0.0)
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)

@@ -26,14 +26,14 @@ SLAB = 0.5  # thicknesses that it may have come: the exact solution knows no far
 class HeatedSlabParameters(SceneParameters):
     """A slab of water on a plate that is hot from t = 0 on."""
 
-    duration: float = param(60.0, "s", "simulated time", above=0.0)
-    frame: float = param(5.0, "s", "time between two outputs", above=0.0)
-    substeps: int = param(5, "-", "steps in a frame; the heat is subcycled below that", low=1)
+    duration: float = param(60.0, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(5.0, "s", "time between two outputs", above=0.0, may_change=True)
+    substeps: int = param(5, "-", "steps in a frame; the heat is subcycled below that", low=1, may_change=True)
     thickness: float = param(0.02, "m", "thickness of the slab", above=0.0)
     spacing: float = param(0.5e-3, "m", "particle spacing", above=0.0)
     T_0: float = param(293.15, "K", "temperature at the start", above=0.0)
-    T_1: float = param(353.15, "K", "temperature of the plate", above=0.0)
-    tolerance: float = param(0.02, "-", "largest relative L2 error of T - T_0 at the end", above=0.0)
+    T_1: float = param(353.15, "K", "temperature of the plate", above=0.0, may_change=True)
+    tolerance: float = param(0.02, "-", "largest relative L2 error of T - T_0 at the end", above=0.0, may_change=True)
 
 
 class HeatedSlab(SceneApplication):
@@ -41,6 +41,7 @@ class HeatedSlab(SceneApplication):
 
     Parameters = HeatedSlabParameters
     title = "heated slab"
+    pictures = ("profile.png",)
 
     def make_scheme(self, p):
         return BoilingScheme(["fluid"], ["wall"], dim=2, spacing=p.spacing, hdx=1.3, density=None,

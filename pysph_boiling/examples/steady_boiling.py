@@ -40,8 +40,8 @@ from pysph_boiling.schemes.effects import (
 class SteadyBoilingParameters(SceneParameters):
     """An open box of water near saturation, its base heated in the middle."""
 
-    duration: float = param(4.0, "s", "simulated time", above=0.0)
-    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0)
+    duration: float = param(4.0, "s", "simulated time", above=0.0, may_change=True)
+    frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
     seed: int = param(1, "-", "seed of the start positions and of random sites", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
@@ -52,7 +52,8 @@ class SteadyBoilingParameters(SceneParameters):
     heated: float = param(0.75, "-", "heated part of the base, by width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
     acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0)
-    superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0)
+    superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
+                             may_change=True)
 
 
 class SteadyBoiling(SceneApplication):

@@ -19,7 +19,8 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
 
     superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0)
     region: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0)
-    heat_loss: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0)
+    heat_loss: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
+                             may_change=True)
 
 
 class SuperheatSites(SteadyBoiling):

@@ -28,6 +28,7 @@ from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling.analysis.files import whole
 from pysph_boiling.device import on_host, order_fluids, send
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
@@ -191,18 +192,16 @@ class StagedSolver(Solver):
     def _dump(self):
         if self.disable_output:
             return
-        path = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5"
-        part, memory = path.with_suffix(".part"), io.BytesIO()
+        path, memory = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5", io.BytesIO()
         comm = self.comm if self.in_parallel else None  # with ranks, the first gathers and writes
         HDFOutput(self.detailed_output, self.output_only_real, comm, self.compress_output).dump(
             memory, self.particles, self._get_solver_data())
         if ranks.rank() > 0:
             return
         try:
-            part.write_bytes(memory.getbuffer())
-            os.replace(part, path)
+            with whole(path) as part:
+                part.write_bytes(memory.getbuffer())
         except OSError as error:
-            part.unlink(missing_ok=True)
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
     def reorder_particles(self):

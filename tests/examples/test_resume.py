@@ -49,8 +49,8 @@ def test_resumed_run_equals_uninterrupted(whole, tmp_path, monkeypatch):
     assert len(get_files(str(tmp_path))) == len(files)
 
 
-def test_file_of_another_scene_is_refused(whole, tmp_path):
-    with pytest.raises(ValueError, match="does not fit this scene with these effects: array "):
+def test_file_of_other_effects_is_refused(whole, tmp_path):
+    with pytest.raises(ValueError, match=r"cannot go on with another --phases.kinetic \(it was site, and would become"):
         SteadyBoiling().run([*SMALL, "--mode", "li_xiao", "--directory", str(tmp_path / "none"), "--restart-file",
                              get_files(str(whole))[3]])
     assert not (tmp_path / "none").exists()

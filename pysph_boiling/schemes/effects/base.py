@@ -96,12 +96,13 @@ class Flow(NamedTuple):
     leak: bool = False
 
 
-def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None):
+def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None, may_change=False):
     """A parameter of an effect: a dataclass field that carries unit, meaning and bounds.
 
     ``low`` and ``high`` are allowed values, ``above`` is not. ``None`` as the default means that the scene decides.
+    ``may_change``: a run may go on with another value; the state of its files must not depend on it.
     """
-    meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices)
+    meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices, may_change=may_change)
     return field(default=default, metadata=meta)
 
 
@@ -151,6 +152,7 @@ class Effect:
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
+    given: ClassVar[tuple[str, ...]] = ()  # constants that hold parameters: a run that goes on has those asked for now
 
     @property
     def removes_particles(self):

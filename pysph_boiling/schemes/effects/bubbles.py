@@ -101,7 +101,7 @@ class Buoyancy(Effect):
     title: ClassVar[str] = "buoyancy"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
-    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral", low=0.0)
+    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral", low=0.0, may_change=True)
     a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
     k_min: float = param(1.2, "-", "form 'ihmsen': smallest factor", low=0.0)
     k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
@@ -187,7 +187,7 @@ class Drag(Effect):
     slot: ClassVar[str] = "drag"
     title: ClassVar[str] = "drag between phases"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
-    rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0)
+    rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
 
     RATE: ClassVar[float] = 0.35  # of 1/t*; tuned
 

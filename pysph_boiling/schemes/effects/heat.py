@@ -100,10 +100,12 @@ class Heater(Effect):
     slot: ClassVar[str] = "heater"
     title: ClassVar[str] = "heater"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0)
-    flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0)
+    given: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
+    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0, may_change=True)
+    flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0,
+                        may_change=True)
     until: float = param(None, "s", "when it is switched off: it exchanges no heat from then on; never if not given",
-                         low=0.0)
+                         low=0.0, may_change=True)
 
     def __post_init__(self):
         super().__post_init__()
@@ -189,8 +191,9 @@ class AmbientLoss(Effect):
     slot: ClassVar[str] = "loss"
     title: ClassVar[str] = "ambient loss"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0)
-    T_ambient: float = param(293.15, "K", "ambient temperature", above=0.0)
+    coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0,
+                               may_change=True)
+    T_ambient: float = param(293.15, "K", "ambient temperature", above=0.0, may_change=True)
 
     THRESHOLD: ClassVar[float] = 0.2  # of 1/spacing: half the value in the second layer of a flat surface
 
@@ -239,7 +242,7 @@ class HeatSource(Effect):
     slot: ClassVar[str] = "source"
     title: ClassVar[str] = "volumetric source"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    density: float = param(0.0, "W/m^3", "power density before the factor A")
+    density: float = param(0.0, "W/m^3", "power density before the factor A", may_change=True)
 
     def properties(self, scene):
         return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,

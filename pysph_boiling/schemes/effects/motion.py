@@ -42,9 +42,10 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
-    min_sweeps: int = param(2, "-", "sweeps that are always done", low=1)
-    max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1)
-    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0)
+    min_sweeps: int = param(2, "-", "sweeps that are always done", low=1, may_change=True)
+    max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1, may_change=True)
+    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0,
+                             may_change=True)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
     longest: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
@@ -53,10 +54,12 @@ class DensityConstraint(Effect):
     delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
     settle: int = param(50, "-", "passes before the first step, at most, that set what starts too close apart "
                         "without a velocity; 0 leaves the start as it is", low=0)
-    courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0)
-    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0)
+    courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0,
+                           may_change=True)
+    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0,
+                                may_change=True)
     most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
-                              "maximum, to ten times as many", above=0.0)
+                              "maximum, to ten times as many", above=0.0, may_change=True)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
                         "moved half of it", low=0.0, high=1.0)
 
@@ -302,8 +305,8 @@ class XSPHViscosity(Effect):
     title: ClassVar[str] = "XSPH viscosity"
     requires: ClassVar[tuple[str, ...]] = ("density",)
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
-                        "0.7 sqrt(|g|/spacing) if not given", low=0.0)
-    wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0)
+                        "0.7 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
+    wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0, may_change=True)
 
     RATE: ClassVar[float] = 0.7  # of 1/t*; tuned
 
