@@ -11,7 +11,7 @@ from pathlib import Path
 
 __all__ = ["Manifest", "last_output", "output_files", "read_output", "whole"]
 
-PARTICLES = re.compile(r"(.+)_(\d{5,})\.hdf5")  # PySPH's name of a particle file: that of the run, and the step
+PARTICLES = re.compile(r"(.+)_(\d+)\.hdf5")  # name of a particle file of PySPH: that of the run, and the step
 FIRST_LINE = "# What pysph_boiling wrote in this folder. Nothing else here is ever replaced or removed.\n"
 
 
