@@ -17,7 +17,7 @@ from compyle.array import get_backend
 
 __all__ = [
     "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
-    "real", "send", "summed", "values",
+    "positive", "real", "send", "summed", "values",
 ]
 
 
@@ -65,6 +65,11 @@ def summed(array, where=None):
     """Sum of the entries, of those chosen by the mask ``where`` (n,) if given; NaN if one of them is."""
     array = _chosen(array, where, 0)
     return _number(_library(array).sum(array)) if len(array) else 0.0
+
+
+def positive(array):
+    """Positive part of the entries."""
+    return 0.5 * (array + abs(array))
 
 
 def counted(mask):

@@ -20,6 +20,7 @@ class PBFBoxContainer(Equation):
     lower, upper : three floats   Corners [m], lower < upper in every direction that is not fixed by the dimension.
     depth : float                 Put back from within it [m] is a contact, from further away a projection.
 
+    Reads    constant ``prior`` [-].
     Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
     Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if lower > upper along an axis.
     Limits   No friction and no bounce; momentum given to the wall is not recorded.
@@ -38,7 +39,7 @@ class PBFBoxContainer(Equation):
         self.z1 = float(upper[2])
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_contacts, d_projected):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_prior, d_contacts, d_projected):
         x = min(max(d_x[d_idx], self.x0), self.x1)
         y = min(max(d_y[d_idx], self.y0), self.y1)
         z = min(max(d_z[d_idx], self.z0), self.z1)
@@ -47,9 +48,9 @@ class PBFBoxContainer(Equation):
         dz = z - d_z[d_idx]
         moved = sqrt(dx*dx + dy*dy + dz*dz)
         if moved > 0.0:
-            d_sx[d_idx] += dx
-            d_sy[d_idx] += dy
-            d_sz[d_idx] += dz
+            d_sx[d_idx] += d_prior[1] * dx
+            d_sy[d_idx] += d_prior[1] * dy
+            d_sz[d_idx] += d_prior[1] * dz
             d_x[d_idx] = x
             d_y[d_idx] = y
             d_z[d_idx] = z
@@ -72,6 +73,7 @@ class PBFCylinderContainer(Equation):
     depth : float           As for the box [m].
     dim : int               2 or 3.
 
+    Reads    constant ``prior`` [-].
     Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
     Needs    in the sweeps, PBFMove before it in the same group.   Errors   ValueError if radius <= 0 or bottom >= top.
     Limits   As for the box.
@@ -91,7 +93,7 @@ class PBFCylinderContainer(Equation):
         self.deep = float(dim == 3)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_contacts, d_projected):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_prior, d_contacts, d_projected):
         x = d_x[d_idx]
         y = d_y[d_idx]
         z = d_z[d_idx]
@@ -111,9 +113,9 @@ class PBFCylinderContainer(Equation):
         dz = z - d_z[d_idx]
         moved = sqrt(dx*dx + dy*dy + dz*dz)
         if moved > 0.0:
-            d_sx[d_idx] += dx
-            d_sy[d_idx] += dy
-            d_sz[d_idx] += dz
+            d_sx[d_idx] += d_prior[1] * dx
+            d_sy[d_idx] += d_prior[1] * dy
+            d_sz[d_idx] += d_prior[1] * dz
             d_x[d_idx] = x
             d_y[d_idx] = y
             d_z[d_idx] = z

@@ -1,8 +1,14 @@
 """Position Based Fluids: the density constraint, its Lagrange multipliers and the position corrections.
 
-One sweep is two groups: ``[PBFDensity, PBFBoundaryDensity, PBFLambda]`` and ``[PBFPositionCorrection,
-PBFBoundaryCorrection, PBFMove]``, iterated as sub-groups of one parent. Masses may differ: the weights w = 1/m make
-every pair of corrections conserve momentum, ``m_i dx_i + m_j dx_j = 0``.
+One sweep is three groups: ``[PBFDensity, PBFBoundaryDensity, PBFLambda]``, ``[PBFPositionCorrection,
+PBFBoundaryCorrection]`` and ``[PBFMove]``, iterated as sub-groups of one parent. Masses may differ: the weights w = 1/m
+make every pair of corrections conserve momentum, ``m_i dx_i + m_j dx_j = 0``, and no array moves before those of all
+arrays are summed.
+
+In a short step the density error that was there before it is worked off apart, without a velocity: ``[PBFStepBack]``,
+``[PBFDensity, PBFBoundaryDensity]`` and ``[PBFLeftOver]`` find it before the sweeps. The constant ``prior`` of each
+array says how sweeps treat it: the share of it that they work off, the share of what they move that the velocity feels,
+and their bounds in units of those of an ordinary step. Ordinary steps have 1, 1, 1.
 """
 from math import sqrt
 
@@ -13,8 +19,8 @@ from pysph.sph.equation import Equation
 from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope, boiling_uniform, kernel_coefficients
 
 __all__ = [
-    "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFMove",
-    "PBFMoveAccelerated", "PBFPositionCorrection", "PBFPositionCorrectionSwollen",
+    "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFLeftOver",
+    "PBFMove", "PBFMoveAccelerated", "PBFPositionCorrection", "PBFPositionCorrectionSwollen", "PBFStepBack",
 ]
 
 
@@ -232,20 +238,22 @@ class PBFBoundaryDensity(Equation):
 class PBFLambda(Equation):
     r"""Lagrange multiplier of the density constraint, and the residual that ends the sweeps.
 
-    .. math::  \lambda_i = -\frac{C_i}{\sum_k w_k |\nabla_k C_i|^2 + \varepsilon},
+    .. math::  \lambda_i = -\frac{\max(C_i - (1 - p) C^0_i, 0)}{\sum_k w_k |\nabla_k C_i|^2 + \varepsilon},
                \qquad C_i = \max(\rho_i/\rho_0 - 1, 0), \quad w = 1/m
 
-    Source: the paper, eq. 1; Macklin & Müller 2013, eqs. 1 and 11. Differs: C_i is clamped at 0 (free surface).
+    Source: the paper, eq. 1; Macklin & Müller 2013, eqs. 1 and 11. Differs: C_i is clamped at 0 (free surface), and of
+    the error C^0 that was there before the step only the share p is worked off.
 
     Parameters
     ----------
     rho_rest : float    Density that the rest lattice reads [kg/m^3], > 0.
     eps : float         Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
-    tolerance : float   Sweeps end when the mean positive density error is below it [-], >= 0.
-    sweeps : int        So many sweeps are enough, >= 1,
-    most : float        if the mean positive density error is below this [-], > 0.
+    tolerance : float   Sweeps end when the mean of max(C - (1 - p) C^0, 0) is below it [-], >= 0,
+    sweeps : int        or after so many sweeps, >= 1,
+    most : float        if that mean is below this [-], > 0. The errors of short steps add up: see ``prior``.
 
-    Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg].
+    Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
+    ``prior`` [-] (p first).
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
     ``sweeps`` (count in this run of the stage, in this step) [-].   Needs   PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or most <= 0.
@@ -269,32 +277,89 @@ class PBFLambda(Equation):
         self.conv = -1.0
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_rho, d_m, d_gcx, d_gcy, d_gcz, d_gc2, d_lmbda, d_compression):
+    def post_loop(self, d_idx, d_rho, d_m, d_gcx, d_gcy, d_gcz, d_gc2, d_left_over, d_prior, d_lmbda,
+                  d_compression):
         C = max(d_rho[d_idx] / self.rho_rest - 1.0, 0.0)
         own = (d_gcx[d_idx]*d_gcx[d_idx] + d_gcy[d_idx]*d_gcy[d_idx] + d_gcz[d_idx]*d_gcz[d_idx]) / d_m[d_idx]
         d_compression[d_idx] = C
+        C = C - (1.0 - d_prior[0]) * d_left_over[d_idx]
         if C > 0.0:
             d_lmbda[d_idx] = -C / (own + d_gc2[d_idx] + self.eps)
         else:
             d_lmbda[d_idx] = 0.0
 
     def reduce(self, dst, t, dt):
-        from pysph_boiling.device import largest, summed, values  # here: compiled modules see no imports of ours
+        # here: compiled modules see no imports of ours
+        from pysph_boiling.device import largest, positive, summed, values
 
-        n = dst.get_number_of_particles(True)
+        n = max(parallel_reduce_array(float(dst.get_number_of_particles(True)), 'sum'), 1.0)
         total = summed(values(dst, 'compression'))
         worst = largest(values(dst, 'compression'))
-        mean = parallel_reduce_array(total, 'sum') / max(parallel_reduce_array(float(n), 'sum'), 1.0)
+        mean = parallel_reduce_array(total, 'sum') / n
         dst.density_error[0] = mean
         dst.density_error[1] = parallel_reduce_array(worst, 'max')
         dst.sweeps[0] += 1.0
         dst.sweeps[1] += 1.0
+        if dst.prior[0] < 1.0:
+            total = summed(positive(values(dst, 'compression') - (1.0 - dst.prior[0]) * values(dst, 'left_over')))
+            mean = parallel_reduce_array(total, 'sum') / n
+        mean = mean / dst.prior[2]
         self.conv = -1.0
         if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.most):
             self.conv = 1.0
 
     def converged(self):
         return self.conv
+
+
+class PBFStepBack(Equation):
+    r"""Positions at the start of the step, :math:`x = x^* - s`; the displacement s is kept aside.
+
+    Source: ours.   Reads   d_sx, d_sy, d_sz [m].   Writes   d_x, d_y, d_z, d_dpx, d_dpy, d_dpz [m], own index only.
+    Limits   In single precision x^n is exact to 1e-7 of x: in a step of 1e-6 s an error of .1 x a second.
+    """
+
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz):
+        d_dpx[d_idx] = d_sx[d_idx]
+        d_dpy[d_idx] = d_sy[d_idx]
+        d_dpz[d_idx] = d_sz[d_idx]
+        d_x[d_idx] -= d_sx[d_idx]
+        d_y[d_idx] -= d_sy[d_idx]
+        d_z[d_idx] -= d_sz[d_idx]
+
+
+class PBFLeftOver(Equation):
+    r"""Density error that was there before the step, and back to the predicted positions.
+
+    .. math::  C^0_i = \max(\rho_i(x^n)/\rho_0 - 1, 0), \qquad x^* = x^n + s
+
+    Source: ours; that such errors are to be worked off without a velocity: Macklin et al. 2014, section 4.4.
+
+    Parameters
+    ----------
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    d_rho [kg/m^3], d_dpx, d_dpy, d_dpz [m] (s).
+    Writes   d_left_over [-], d_x, d_y, d_z, d_sx, d_sy, d_sz [m], own index only.
+    Needs   PBFStepBack and PBFDensity in earlier groups.   Errors   ValueError if rho_rest <= 0.
+    Limits   Where a container has put x^n back, x* moves as far, and the velocity feels nothing of it. Neighbours are
+    those of x*: who was one at x^n alone is not seen.
+    """
+
+    def __init__(self, dest, sources, rho_rest):
+        if not rho_rest > 0.0:
+            raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
+        self.rho_rest = float(rho_rest)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_rho, d_left_over, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz):
+        d_left_over[d_idx] = max(d_rho[d_idx] / self.rho_rest - 1.0, 0.0)
+        d_sx[d_idx] = d_dpx[d_idx]
+        d_sy[d_idx] = d_dpy[d_idx]
+        d_sz[d_idx] = d_dpz[d_idx]
+        d_x[d_idx] += d_dpx[d_idx]
+        d_y[d_idx] += d_dpy[d_idx]
+        d_z[d_idx] += d_dpz[d_idx]
 
 
 class PBFPositionCorrection(Equation):
@@ -309,9 +374,10 @@ class PBFPositionCorrection(Equation):
     ----------
     rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic; in 2-D the hashed direction stays in the plane.
-    nudge : float           Displacement that separates coincident particles [m], >= 0.
+    nudge : float           Displacement that separates coincident particles [m], >= 0; times ``prior``.
 
-    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_uid, s_uid.   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
+    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_uid, s_uid, constant ``prior`` [-].
+    Writes   d_dpx, d_dpy, d_dpz [m], own index only.
     Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
     """
 
@@ -337,7 +403,7 @@ class PBFPositionCorrection(Equation):
         d_dpz[d_idx] = 0.0
 
     def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m,
-                 d_uid, s_uid, NBRS, N_NBRS):
+                 d_uid, s_uid, d_prior, NBRS, N_NBRS):
         i = declare('int')
         j = declare('int')
         low = declare('unsigned int')
@@ -380,11 +446,11 @@ class PBFPositionCorrection(Equation):
                     if d_uid[d_idx] != s_uid[j]:
                         low = d_uid[d_idx]
                         high = s_uid[j]
-                        f = self.nudge
+                        f = self.nudge * d_prior[0]
                         if low > high:
                             low = s_uid[j]
                             high = d_uid[d_idx]
-                            f = -self.nudge
+                            f = -f
                         f = f * 2.0*s_m[j] / (d_m[d_idx] + s_m[j])
                         d_dpx[d_idx] += f * boiling_uniform(low, high)
                         d_dpy[d_idx] += f * boiling_uniform(high, low)
@@ -402,7 +468,7 @@ class PBFPositionCorrectionSwollen(Equation):
     ----------
     rho_rest, kernel, nudge   As :class:`PBFPositionCorrection`.
 
-    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_swell, s_swell [-], d_uid, s_uid.
+    Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_swell, s_swell [-], d_uid, s_uid, constant ``prior`` [-].
     Writes   d_dpx, d_dpy, d_dpz [m], own index only.
     Needs    PBFLambda in an earlier group.   Errors   ValueError if rho_rest <= 0.
     """
@@ -429,7 +495,7 @@ class PBFPositionCorrectionSwollen(Equation):
         d_dpz[d_idx] = 0.0
 
     def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, d_dpx, d_dpy, d_dpz, d_lmbda, s_lmbda, d_m, s_m,
-                 d_swell, s_swell, d_uid, s_uid, NBRS, N_NBRS):
+                 d_swell, s_swell, d_uid, s_uid, d_prior, NBRS, N_NBRS):
         i = declare('int')
         j = declare('int')
         low = declare('unsigned int')
@@ -472,11 +538,11 @@ class PBFPositionCorrectionSwollen(Equation):
                     if d_uid[d_idx] != s_uid[j]:
                         low = d_uid[d_idx]
                         high = s_uid[j]
-                        f = self.nudge
+                        f = self.nudge * d_prior[0]
                         if low > high:
                             low = s_uid[j]
                             high = d_uid[d_idx]
-                            f = -self.nudge
+                            f = -f
                         f = f * 2.0*s_m[j] / (d_m[d_idx] + s_m[j])
                         d_dpx[d_idx] += f * boiling_uniform(low, high)
                         d_dpy[d_idx] += f * boiling_uniform(high, low)
@@ -555,8 +621,9 @@ class PBFMove(Equation):
     omega : float     Under-relaxation [-], in (0, 1].
     longest : float   Longest displacement of one sweep [m], > 0.
 
-    Reads    d_dpx, d_dpy, d_dpz [m].   Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
-    Needs    all corrections in the same group.   Errors   ValueError if omega is not in (0, 1] or longest <= 0.
+    Reads    d_dpx, d_dpy, d_dpz [m], constant ``prior`` [-].
+    Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
+    Needs    all corrections in an earlier group.   Errors   ValueError if omega is not in (0, 1] or longest <= 0.
     Limits   A cut correction does not conserve momentum; ``n_limited`` of the results counts the cuts.
     """
 
@@ -569,7 +636,7 @@ class PBFMove(Equation):
         self.longest = float(longest)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_limited):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_prior, d_limited):
         f = self.omega
         size = f * sqrt(d_dpx[d_idx]*d_dpx[d_idx] + d_dpy[d_idx]*d_dpy[d_idx] + d_dpz[d_idx]*d_dpz[d_idx])
         if size > self.longest:
@@ -578,6 +645,7 @@ class PBFMove(Equation):
         d_x[d_idx] += f * d_dpx[d_idx]
         d_y[d_idx] += f * d_dpy[d_idx]
         d_z[d_idx] += f * d_dpz[d_idx]
+        f = f * d_prior[1]
         d_sx[d_idx] += f * d_dpx[d_idx]
         d_sy[d_idx] += f * d_dpy[d_idx]
         d_sz[d_idx] += f * d_dpz[d_idx]
@@ -598,10 +666,10 @@ class PBFMoveAccelerated(Equation):
     radius : float           Estimate of the spectral radius of a plain sweep [-], in (0, 1).
     delay : int              Plain sweeps before the first weighted one, also after a restart, >= 1.
 
-    Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-] and
-    ``density_error``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last displacement),
-    d_limited, own index only; ``sweep_weight``.
-    Needs    all corrections in the same group; ``sweep_weight`` = (1, inf, 0) when the sweeps begin.
+    Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-],
+    ``density_error`` and ``prior``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last
+    displacement), d_limited, own index only; ``sweep_weight``.
+    Needs    all corrections in an earlier group; ``sweep_weight`` = (1, inf, 0) when the sweeps begin.
     Errors   ValueError if a parameter is out of range.   Limits   as :class:`PBFMove`.
     """
 
@@ -621,7 +689,7 @@ class PBFMoveAccelerated(Equation):
         super().__init__(dest, sources)
 
     def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_qx, d_qy, d_qz, d_limited,
-                  d_sweep_weight):
+                  d_sweep_weight, d_prior):
         carried = d_sweep_weight[0] - 1.0
         f = self.omega * d_sweep_weight[0]
         qx = f * d_dpx[d_idx] + carried * d_qx[d_idx]
@@ -638,6 +706,7 @@ class PBFMoveAccelerated(Equation):
         d_x[d_idx] += f * qx
         d_y[d_idx] += f * qy
         d_z[d_idx] += f * qz
+        f = f * d_prior[1]
         d_sx[d_idx] += f * qx
         d_sy[d_idx] += f * qy
         d_sz[d_idx] += f * qz

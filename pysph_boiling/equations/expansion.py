@@ -1,7 +1,7 @@
 """Expansion: vapour swells, slowly enough not to kick what is round it."""
 from pysph.sph.equation import Equation
 
-__all__ = ["BubbleSwell"]
+__all__ = ["BubbleSwell", "BubbleSwellBack"]
 
 
 class BubbleSwell(Equation):
@@ -15,7 +15,7 @@ class BubbleSwell(Equation):
     rate : float       Largest change of the swell in a unit of time [1/s], > 0.
     vapour : bool      Whether vapour is moved; ``False`` leaves that to the Rayleigh-Plesset oscillation.
 
-    Reads    d_phase, the time step.   Writes   d_swell [-], own index only.
+    Reads    d_phase, the time step.   Writes   d_swell [-], d_swelling (its rate in this step) [1/s], own index only.
     Errors   ValueError if expanded < 1 or rate <= 0.   Limits   No work is done against the ambient pressure: enthalpy,
     not energy, is the thermal state.
     """
@@ -30,10 +30,38 @@ class BubbleSwell(Equation):
         self.vapour = float(vapour)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_phase, d_swell, dt):
+    def post_loop(self, d_idx, d_phase, d_swell, d_swelling, dt):
         goal = 1.0
         most = self.rate * dt
         if d_phase[d_idx] == 3:
             goal = self.expanded
             most = most * self.vapour
-        d_swell[d_idx] += min(max(goal - d_swell[d_idx], -most), most)
+        change = min(max(goal - d_swell[d_idx], -most), most)
+        d_swell[d_idx] += change
+        d_swelling[d_idx] = change / max(dt, 1e-300)
+
+
+class BubbleSwellBack(Equation):
+    r"""Swell before a short step, and forward again: :math:`s \mathrel{+}= \pm \dot s\, \Delta t`.
+
+    A short step may follow a long one, whose change of the swell is in the positions to come. What of it is more than
+    the rate makes in the short step is an error that was there before, and becomes no velocity.
+
+    Source: ours.
+
+    Parameters
+    ----------
+    sense : float   -1 goes back, 1 forward [-].
+
+    Reads    d_swelling [1/s], the time step.   Writes   d_swell [-], own index only.
+    Errors   ValueError if sense is neither -1 nor 1.
+    """
+
+    def __init__(self, dest, sources, sense):
+        if sense not in (-1.0, 1.0):
+            raise ValueError(f"sense must be -1 or 1, got {sense}")
+        self.sense = float(sense)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_swell, d_swelling, dt):
+        d_swell[d_idx] += self.sense * dt * d_swelling[d_idx]

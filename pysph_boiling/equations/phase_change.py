@@ -1,7 +1,7 @@
 """Phases: temperature by state, the kinetic condition, and every edge of the state machine.
 
-The table of edges is :data:`pysph_boiling.phases.EDGES`. One group holds all of it: the loops find the kinetic
-condition from the old states of the neighbours, and the new state is written after all loops have ended.
+The table of edges is :data:`pysph_boiling.phases.EDGES`. One group finds the kinetic condition
+from the states of the neighbours, the next one writes the new states.
 The integers are those of :class:`pysph_boiling.phases.Phase`: 0 liquid, 1 transition, 2 superheated, 3 vapour.
 """
 from compyle.api import declare
@@ -156,7 +156,7 @@ class PhaseEdges(Equation):
     T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_T [K], d_vaporised, d_interrupted, own index only.
-    Needs    the kinetic condition in the same group.
+    Needs    the kinetic condition in an earlier group.
     Limits   Temperature may jump by up to L/c_l at an interruption.
     """
 
@@ -210,7 +210,7 @@ class PhaseEdgesHold(Equation):
     T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
-    only.   Needs   the kinetic condition in the same group.
+    only.   Needs   the kinetic condition in an earlier group.
     Limits   Held heat is invisible as temperature; the column ``energy_hidden`` reports it.
     """
 

@@ -74,13 +74,16 @@ class PBFFrozenStep(IntegratorStep):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionLimits:
-    """How far particles may move in a step, and how the start is settled.
+    """How far particles may move in a step, and how density errors are worked off that were there before.
 
     ``longest_step`` [s]; ``distance`` [m] that a velocity, and ``push`` [m] that an acceleration may move a particle in
-    one step; ``settle`` passes of the density stage before the first step, at most. Speeds are those against the walls.
+    one step; ``shortest`` [s], below which a step is short; ``tolerance`` [-], up to which mean errors are left;
+    ``settle`` passes of the density stage before the first step, at most. Speeds are those against the walls.
     """
 
     longest_step: float
+    shortest: float
+    tolerance: float
     distance: float
     push: float
     settle: int
@@ -209,13 +212,22 @@ class PBFIntegrator(Integrator):
                 for pa in self.arrays:
                     set_constant(pa, "relabel", 0.0)
         if "density" in self.stages:
-            yield self.density()
+            yield self.density(dt)
             if "oscillation" in self.stages:
                 yield from self.oscillation(dt)
+            if dt < self.motion.shortest and self.motion.tolerance < max(float(pa.density_error[0])
+                                                                         for pa in self.arrays):
+                yield self.density()
 
-    def density(self):
-        """Index of the density sweeps, which begin with plain ones."""
+    def density(self, dt=math.inf):
+        """Index of the density sweeps of a step of ``dt`` [s], which begin with plain ones.
+
+        In a short step an error that was there before it stays, since it would become a velocity. Without ``dt`` the
+        sweeps work it off, and no velocity feels it.
+        """
+        share = min(1.0, dt / self.motion.shortest)
         for pa in self.arrays:
+            set_constant(pa, "prior", (float(share == 1.0), float(dt < math.inf), share))
             set_constant(pa, "sweeps", (0.0, pa.sweeps[1]))
             if "sweep_weight" in pa.constants:
                 set_constant(pa, "sweep_weight", (1.0, math.inf, 0.0))
@@ -229,7 +241,7 @@ class PBFIntegrator(Integrator):
         while self.called_for("oscillation"):
             yield self.stages["oscillation"]
         if self.arrays[0].pushes[0] > 0.0:
-            yield self.density()
+            yield self.density(dt)
 
     def called_for(self, name):
         """Whether the stage was built and the present state needs it."""

@@ -197,6 +197,7 @@ class PBFScheme(Scheme):
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
             limits["sweeps"] = (self.effects["density"].min_sweeps, MORE * self.effects["density"].max_sweeps)
+        conditions = {"short_step": lambda t, dt: self.arrays[0].prior[0] < 1.0}
         effect_hooks = {slot: effect.hooks(scene) for slot, effect in self.effects.items()}
         needs = {slot: effect.conditions(scene) for slot, effect in self.effects.items()}
         check_places(terms, effect_hooks, needs)
@@ -209,24 +210,25 @@ class PBFScheme(Scheme):
                     yield lambda hook=table[place]: hook(self.arrays)
 
         tag = vector_tag()
-        built = {stage.name: build_stage(stage, terms, limits=limits, hooks=hooks, tag=tag) for stage in STAGES}
+        built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag)
+                 for stage in STAGES}
         built = {name: groups for name, groups in built.items() if groups}
         heat_limit = step_limit = math.inf
         if "heat" in self.effects:
             heat_limit = self.effects["heat"].step_limit(scene)
             step_limit = self.effects["heat"].subcycle_share * self.material.L
-        conditions = {}
+        called_for = {}
         for table in needs.values():
             for name, needed in table.items():
-                conditions.setdefault(name, []).append(needed)
+                called_for.setdefault(name, []).append(needed)
         if self.integrator is None:
             raise RuntimeError("call configure_solver before get_equations")
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
-                ghosts=self.ghosts, pairs=self.pairs(), conditions=conditions, heat_limit=heat_limit,
+                ghosts=self.ghosts, pairs=self.pairs(), conditions=called_for, heat_limit=heat_limit,
                 step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
-                motion=self.effects["density"].limits(scene) if "density" in self.effects else None)
+                motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
                 warnings.warn(sentence, stacklevel=2)

@@ -32,10 +32,13 @@ class GroupSpec:
 
 @dataclass(frozen=True)
 class Block:
-    """Groups that run in order; ``iterate`` names the pair of limits (min, max) if they repeat until converged."""
+    """Groups that run in order: until converged, within the pair of limits (min, max) that ``iterate`` names, or only
+    where the condition holds that ``when`` names.
+    """
 
     groups: tuple[GroupSpec, ...]
     iterate: str | None = None
+    when: str | None = None
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,10 @@ STAGES = (
         )),
     )),
     Stage("phases", "some liquid at or above saturation", (
-        Block((GroupSpec("edges", "kinetic condition and state machine", ("phase", "T")),)),
+        Block((
+            GroupSpec("kinetic", "kinetic condition"),
+            GroupSpec("edges", "state machine", ("phase", "T")),
+        )),
         Block((
             GroupSpec("occupied", "sites that hold a bubble, the nearest site of each particle", ("site", "site_r2")),
             GroupSpec("choose", "the nearest liquid of each site, and what its vapour would cost"),
@@ -94,10 +100,16 @@ STAGES = (
         )),
     )),
     Stage("density", "always; once more after the oscillation", (
+        Block((
+            GroupSpec("back", "in a short step: where it began, in the container", ("x", "y", "z", "swell")),
+            GroupSpec("before", "in a short step: density there"),
+            GroupSpec("left_over", "in a short step: density error there; forward again", ("x", "y", "z", "swell")),
+        ), when="short_step"),
         Block((GroupSpec("contact", "predicted positions that lie in a wall", ("x", "y", "z")),)),
         Block((
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
-            GroupSpec("correction", "position correction, containers", ("x", "y", "z")),
+            GroupSpec("correction", "position correction"),
+            GroupSpec("move", "the correction applied, containers", ("x", "y", "z")),
         ), iterate="sweeps"),
     )),
     Stage("oscillation", "some bubble outside its radii", (
@@ -150,13 +162,15 @@ class Hooks(list):
             hook()
 
 
-def build_stage(stage, terms, *, limits, hooks, tag=""):
+def build_stage(stage, terms, *, limits, conditions, hooks, tag=""):
     """PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
 
-    ``limits`` maps the name of an iterated block to (min, max); ``hooks(place, spec)`` lists what runs on the host
-    after a group. Groups are named, since PySPH writes the names into the generated source, whose text is the key of
-    its cache; ``tag`` ends them, and says with which flags that source is compiled. Only parents iterate and only
-    sub-groups have hooks: PySPH compiles nothing else on every backend.
+    ``limits`` maps the name of an iterated block to (min, max), ``conditions`` that of a conditional one to a function
+    of (t, dt); ``hooks(place, spec)`` lists what runs on the host after a group. Groups are named, since PySPH writes
+    the names into the generated source, whose text is the key of its cache; ``tag`` ends them, and says with which
+    flags that source is compiled. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
+    nothing else on every backend. A group does all that it does to one array before it turns to the next one, so what
+    neighbours read is written in another group (``tests/unit/test_order.py``).
     """
     blocks = []
     for number, block in enumerate(stage.blocks):
@@ -165,7 +179,8 @@ def build_stage(stage, terms, *, limits, hooks, tag=""):
             equations = [term.equation for term in terms if term.place == f"{stage.name}.{spec.name}"]
             if equations:
                 place = f"{stage.name}.{spec.name}"
-                groups.append(Group(equations, name=place.replace(".", "_"), post=Hooks(hooks(place, spec)) or None))
+                groups.append(Group(equations, name=place.replace(".", "_"), post=Hooks(hooks(place, spec)) or None,
+                                    condition=conditions.get(block.when)))
         if groups:
             options = {}
             if block.iterate:

@@ -54,9 +54,10 @@ CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
 # What each effect of FULL adds, and nobody else: kernels, properties, constants, columns of the results.
 OWNS = {
     "density": (
-        "PBFDensity PBFBoundaryDensity PBFLambda PBFPositionCorrection PBFBoundaryCorrection PBFMove PBFBodyForce",
-        "au av aw sx sy sz lmbda compression gcx gcy gcz gc2 dpx dpy dpz limited",
-        "density_error sweeps unconverged settled substeps",
+        "PBFStepBack PBFDensity PBFBoundaryDensity PBFLeftOver PBFLambda PBFPositionCorrection PBFBoundaryCorrection "
+        "PBFMove PBFBodyForce",
+        "au av aw sx sy sz lmbda compression left_over gcx gcy gcz gc2 dpx dpy dpz limited",
+        "density_error sweeps unconverged settled substeps prior",
         "sweeps density_error_mean density_error_max n_unconverged substeps n_split n_limited"),
     "container": ("PBFBoxContainer", "contacts projected", "", "n_contacts n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
@@ -84,7 +85,7 @@ OWNS = {
     "adhesion": ("BubbleSiteAdhesion", "", "", ""),
     "drag": ("BubbleDrag", "", "", ""),
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
-    "expansion": ("BubbleSwell", "swell", "", "rest_volume"),
+    "expansion": ("BubbleSwell BubbleSwellBack", "swell swelling", "", "rest_volume"),
     "oscillation": ("BubbleOscillation", "bcx bcy bcz bdx bdy bdz thrust",
                     "pushes oscillation_dt n_pushed work_oscillation", "n_pushed work_oscillation"),
     "venting": ("VentingFilm VentingFree VentingRelease", "film covered free",
@@ -213,7 +214,7 @@ def test_describe_names_stages_groups_and_owners():
         assert any(line.strip("*- ").startswith(f"{group}: ") for line in lines)
         assert any(type(term.equation).__name__ in line and line.endswith(f"for {term.owner}") for line in lines)
     starred = {line.split()[1].rstrip(":") for line in lines if line.startswith("  * ")}
-    assert starred == {"multiplier", "correction", "snap", "hook", "shortcut", "check"}
+    assert starred == {"multiplier", "correction", "move", "snap", "hook", "shortcut", "check"}
     assert "stage bubbles" not in make(effects=sets.SETS["motion"])[0].describe()
 
 
@@ -382,7 +383,7 @@ def test_groups_suit_every_backend(name):
 
 def test_sweeps_are_limited_as_asked():
     effects = {**sets.SETS["motion"], "density": EFFECTS["density"][0](min_sweeps=3, max_sweeps=5)}
-    (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_correction"]
+    (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_move"]
     assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
 
 
@@ -396,7 +397,7 @@ def refreshed(equations):
 
 def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_read():
     found = refreshed(make(effects=FULL)[2])
-    assert found["density_multiplier"] == ("lmbda",) and found["density_correction"] == ("x", "y", "z")
+    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z")
     assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e",)
     assert found["phases_edges"] == ("phase", "T")
     assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)

@@ -31,7 +31,8 @@ class Expansion(Effect):
     ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|)", above=0.0)
 
     def properties(self, scene):
-        return (Property("swell", "-", "rest volume in units of the liquid's", state=True),)
+        return (Property("swell", "-", "rest volume in units of the liquid's", state=True),
+                Property("swelling", "1/s", "rate at which the swell changed in the last step", state=True))
 
     def prepare(self, scene, arrays):
         for name in scene.fluids:
@@ -67,6 +68,8 @@ class Expansion(Effect):
         rate = max(self.v_exp - 1.0, 0.1) / (self.ramp * scene.fall_time) if scene.g else 1.0
         yield Term("forces.volume", expansion.BubbleSwell(
             fluid, None, expanded=self.v_exp, rate=rate, vapour=self.rings(scene) is None))
+        yield Term("density.back", expansion.BubbleSwellBack(fluid, None, sense=-1.0))
+        yield Term("density.left_over", expansion.BubbleSwellBack(fluid, None, sense=1.0))
 
 
 def rest_volume(arrays, scene):

@@ -15,6 +15,7 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
 
+STANDARD = 0.07  # t*; the default time step
 PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 
 
@@ -58,6 +59,8 @@ class DensityConstraint(Effect):
                            may_change=True)
     longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0,
                                 may_change=True)
+    shortest: float = param(0.0125, "t*", "in a shorter step a density error that was there before it becomes no "
+                            "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
     most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
                               "maximum, to ten times as many", above=0.0, may_change=True)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
@@ -78,6 +81,7 @@ class DensityConstraint(Effect):
             Property("sz", "m", "displacement of this step"),
             Property("lmbda", "kg m^2", "Lagrange multiplier of the density constraint"),
             Property("compression", "-", "positive part of the density constraint C"),
+            Property("left_over", "-", "compression that was there before a short step"),
             Property("gcx", "1/m", "gradient of C with respect to the particle itself"),
             Property("gcy", "1/m", "gradient of C"),
             Property("gcz", "1/m", "gradient of C"),
@@ -95,7 +99,7 @@ class DensityConstraint(Effect):
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
         return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
-                "substeps": [1.0, 0.0]} | accelerated
+                "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated
 
     def check(self, scene, arrays):
         """A particle that reads its rest density from itself alone can never be set at rest by moving."""
@@ -141,11 +145,12 @@ class DensityConstraint(Effect):
             cumulative("n_limited", "-", "corrections cut by the displacement limiter since the start", "limited"),
         )
 
-    def limits(self, scene):
-        """The :class:`MotionLimits` of the integrator."""
+    def limits(self, scene, dt):
+        """The :class:`MotionLimits` of the integrator; without gravity the time step ``dt`` [s] is the unit of time."""
         fall = scene.fall_time
-        return MotionLimits(longest_step=self.longest_step * fall, distance=self.courant * scene.spacing,
-                            push=PUSH * scene.spacing, settle=self.settle)
+        shortest = self.shortest * (fall if scene.g else dt / STANDARD)
+        return MotionLimits(longest_step=self.longest_step * fall, shortest=shortest, tolerance=self.tolerance,
+                            distance=self.courant * scene.spacing, push=PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
         yield Sweeps(scheme, self)
@@ -159,19 +164,23 @@ class DensityConstraint(Effect):
         if "expansion" in scene.effects:
             density = density_constraint.PBFDensitySwollen
             correction = density_constraint.PBFPositionCorrectionSwollen
-        yield Term("density.multiplier", density(fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel))
+        yield Term("density.back", density_constraint.PBFStepBack(fluid, None))
+        for place in ("density.before", "density.multiplier"):
+            yield Term(place, density(fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel))
+            if walls:
+                yield Term(place, density_constraint.PBFBoundaryDensity(
+                    fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
+        yield Term("density.left_over", density_constraint.PBFLeftOver(fluid, None, rho_rest=rho_rest))
         yield Term("density.correction", correction(
             fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel, nudge=0.05 * scene.spacing))
         if walls:
-            yield Term("density.multiplier", density_constraint.PBFBoundaryDensity(
-                fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
             yield Term("density.correction", density_constraint.PBFBoundaryCorrection(
                 fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance, sweeps=self.max_sweeps,
             most=max(self.most_error, self.tolerance)))
         move = dict(omega=self.omega, longest=self.longest * scene.spacing)
-        yield Term("density.correction", density_constraint.PBFMoveAccelerated(
+        yield Term("density.move", density_constraint.PBFMoveAccelerated(
             fluid, None, radius=self.acceleration, delay=self.delay, **move) if self.acceleration
             else density_constraint.PBFMove(fluid, None, **move))
         gx, gy, gz = scene.gravity
@@ -189,10 +198,11 @@ N_CONTACTS = (
 def contained(scene, margin):
     """Where a container acts, and how deep a contact there is [m].
 
-    A prediction ends at the wall wherever it leads to (the step is short enough, see ``density.courant``); a
-    correction of a sweep that presses a particle through the margin and out of the container is a projection.
+    In a short step who was outside before it is put back without a velocity. A prediction ends at the wall wherever it
+    leads to (the step is short enough, see ``density.courant``); a correction of a sweep that presses a particle
+    through the margin and out of the container is a projection.
     """
-    return ("density.contact", math.inf), ("density.correction", margin * scene.spacing)
+    return (("density.back", math.inf), ("density.contact", math.inf), ("density.move", margin * scene.spacing))
 
 
 @dataclass(frozen=True, kw_only=True)

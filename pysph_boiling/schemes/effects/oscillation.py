@@ -309,12 +309,14 @@ class Oscillation(Effect):
         R, U = held, np.where(clamped, np.clip(U, -fastest, fastest), U)
         after, flow_after = 4.0 / 3.0 * math.pi * R**3, 4.0 * math.pi * R * R * U
 
-        swell = swell * (after / before)[vapour.index]
+        was, swell = swell, swell * (after / before)[vapour.index]
         rate = rate + ((flow_after - flow) / filled)[vapour.index]
         mixed = -math.expm1(-dt / (self.MIXING * scene.fall_time))
         swell += mixed * ((after / filled)[vapour.index] - swell)
         rate += mixed * ((flow_after / filled)[vapour.index] - rate)
-        vapour.put("swell", np.minimum(swell, scene.effects["expansion"].largest(scene)))
+        swell = np.minimum(swell, scene.effects["expansion"].largest(scene))
+        vapour.put("swell", swell)
+        vapour.put("swelling", (swell - was) / dt)
         vapour.put("swell_rate", rate, elsewhere=0.0)
         arrays[0].n_clamped[0] += np.count_nonzero(clamped)
 

@@ -78,9 +78,9 @@ class PhaseChange(Effect):
         temperature = phase_change.PhaseTemperatureHold if hold else phase_change.PhaseTemperature
         edges = phase_change.PhaseEdgesHold if hold else phase_change.PhaseEdges
         yield Term("heat.temperature", temperature(fluid, None, **state, **conductivities))
-        yield Term("phases.edges", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
+        yield Term("phases.kinetic", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
         if self.vapour_as_site and self.kinetic == "site":
-            yield Term("phases.edges", phase_change.PhaseVapourCondition(
+            yield Term("phases.kinetic", phase_change.PhaseVapourCondition(
                 fluid, list(scene.fluids), radius=scene.bubble_radius(self.kinetic_radius)))
         yield Term("phases.edges", edges(fluid, None, **state))
 
@@ -130,7 +130,7 @@ class PresetNucleation(Effect):
 
     def terms(self, scene, fluid):
         if scene.effects["phases"].kinetic == "site":
-            yield Term("phases.edges", nucleation.NucleationSiteCondition(
+            yield Term("phases.kinetic", nucleation.NucleationSiteCondition(
                 fluid, list(scene.sites), radius=self.radius * scene.spacing))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", nucleation.NucleationSiteAttraction(
