@@ -19,8 +19,9 @@ class BubbleTable:
     """One row per bubble, sorted by label; all arrays have shape (bubbles,) but for the centroid.
 
     ``label`` smallest uid [-]; ``n`` particles [-]; ``mass`` [kg]; ``centroid`` (bubbles, 3) [m]; ``mean_radius`` mean
-    distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` of a disc or sphere of the same volume
-    [m]; ``deficit`` sum of m c_v (T_sat - T) over its particles below saturation (the paper, eq. 20) [J].
+    distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` of a disc or sphere of its rest volume,
+    swollen where vapour swells [m]; ``deficit`` sum of m c_v (T_sat - T) over its particles below saturation (the
+    paper, eq. 20) [J].
     """
 
     label: np.ndarray
@@ -44,7 +45,8 @@ def bubble_table(arrays, scene, period=None):
     distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
     m = vapour.get("m")
     mass = vapour.sum(m)
-    volume = mass / scene.rho0
+    swollen = "swell" in vapour.arrays[0].properties
+    volume = (vapour.sum(m * vapour.get("swell")) if swollen else mass) / scene.rho0
     equivalent = np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
     deficit = vapour.sum(m * np.maximum(scene.material.L - vapour.get("e"), 0.0))
     return BubbleTable(vapour.label, vapour.n, mass, centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),

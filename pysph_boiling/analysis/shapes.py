@@ -170,7 +170,7 @@ class Event:
 
     @property
     def ratio(self):
-        """Volume after over volume before [-]."""
+        """Vapour after over vapour before, by number of particles [-]."""
         return self.after / self.before
 
 

@@ -45,7 +45,7 @@ class BubbleMerge(BubbleRise):
         event = merger(history)
         require(event is not None, f"{history['bubbles'][0]:.0f} bubbles at the start did not become one")
         # vapour may grow or condense between two frames, by less than a tenth
-        require(abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} of the volume of the two")
+        require(abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} of the vapour of the two")
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ class BubbleSplit(BubbleRise):
         require(event is not None, "the bubble did not split")
         require(event.smaller >= PIECE[self.parameters.dim], f"the smaller daughter has {event.smaller} particles")
         # vapour may grow or condense between two frames, and a splash may come off: less than a tenth
-        require(abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} of the volume of the bubble")
+        require(abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} of the vapour of the bubble")
 
 
 if __name__ == "__main__":

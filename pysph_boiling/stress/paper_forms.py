@@ -20,7 +20,7 @@ __all__ = ["cases"]
 
 PAPER = {
     **BOIL, "heat": HeatConduction(laplacian="paper", acceleration=800.0), "condensation": Condensation(form="paper"),
-    "buoyancy": Buoyancy(form="paper"), "oscillation": Oscillation(form="band", gradient="paper"),
+    "buoyancy": Buoyancy(form="paper", k_bubble=1.5), "oscillation": Oscillation(form="band", gradient="paper"),
     "phases": PhaseChange(interrupt="convert"), "burst": DynamicNucleation(superheat_limit=60.0), "loss": AmbientLoss(),
     "heater": Heater(temperature=T_SAT + 60.0), "venting": Venting(mode="lid")}
 
@@ -42,5 +42,5 @@ def cases():
             yield Case(name=f"paper-{a_max:g}g-{dim}d", hard="eqs. 17 to 22 and 28 to the letter, one bubble "
                        f"of {'200' if dim == 2 else '500'}, buoyancy cut at {a_max:g} g", steps=600,
                        quick=100 if dim == 2 else 0,
-                       build=partial(large, dim, radius, buoyancy=Buoyancy(form="paper", a_max=a_max)),
+                       build=partial(large, dim, radius, buoyancy=Buoyancy(form="paper", k_bubble=1.5, a_max=a_max)),
                        end=all_of(accounted, count("n_vented", 0)))

@@ -5,6 +5,7 @@ masses, in 2-D and 3-D; then what each force must do by its meaning.
 """
 import numpy as np
 import pytest
+import sets
 from harness import Evaluator, random_cloud
 from pysph.sph.equation import Group
 
@@ -15,6 +16,7 @@ from pysph_boiling.equations.venting import VentingFilm, VentingFree, VentingRel
 from pysph_boiling.equations.viscosity import PBFBodyForce
 from pysph_boiling.particles import fluid_array, fluid_block, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.effects import Buoyancy
 
 DX, RHO0, HDX = 0.01, 958.0, 1.2
 SUPPORT = 2.0 * HDX * DX
@@ -312,3 +314,14 @@ def test_what_covers():
         forces.fluid.phase[:] = phase
         forces.run("film", "free", "release")
         np.testing.assert_array_equal(forces.fluid.get(name)[:len(places)], ~covers)
+
+
+@pytest.mark.parametrize(("given", "want"), [({}, [0.03, 0.3, 3.0, 3.0]), (dict(k_bubble=1.5), [3.0] * 4)])
+def test_papers_buoyancy_differs_over_the_sizes_that_occur(given, want):
+    """Bubbles of 2, 20, 200 and 400 particles; the paper's own constant pushes all of them alike."""
+    scheme = sets.scheme("boil", dim=2, spacing=DX, changes=dict(buoyancy=Buoyancy(form="paper", **given)))
+    (term,) = scheme.effects["buoyancy"].terms(scheme.scene(), "fluid")
+    fluid = fluid_array(DX * np.arange(12.0).reshape(4, 3), spacing=DX, dim=2, rho0=RHO0)
+    forces = Forces(fluid, dim=2, k=term.equation.k_bubble, a_max=term.equation.a_max)
+    fluid.bubble_n[:] = 2, 20, 200, 400
+    np.testing.assert_allclose(forces.run("paper")[:, 1] / 9.81, want, rtol=1e-12)

@@ -232,6 +232,21 @@ def test_equivalent_radius_is_that_of_a_sphere_in_3d():
     assert bubbles.equivalent_radius == pytest.approx(np.cbrt(4.5 / np.pi), rel=1e-15)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_equivalent_radius_swells_with_the_vapour(dim):
+    """Two volumes for each particle make a sphere 26 % wider; of unlike swells the volumes add up."""
+    pa = vapour(SQUARE, 7, m=3.0)
+    pa.add_property("swell")
+    pa.swell[:] = 1.0
+    before = table(pa, dim=dim).equivalent_radius
+    pa.swell[:] = 2.0
+    assert table(pa, dim=dim).equivalent_radius == pytest.approx(before * 2.0 ** (1.0 / dim), rel=1e-14)
+    pa.swell[:], pa.m[:] = [4.0, 1.0, 0.5, 0.5], [1.0, 2.0, 4.0, 4.0]
+    other = table(pa, dim=dim)
+    assert other.mass == 11.0
+    assert other.equivalent_radius == pytest.approx(before * (10.0 / 12.0) ** (1.0 / dim), rel=1e-14)
+
+
 @host_only
 def test_table_of_several_bubbles_in_two_arrays():
     """Rows are sorted by label; liquid is left out; a bubble may lie in both arrays."""

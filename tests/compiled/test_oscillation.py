@@ -241,6 +241,17 @@ def test_bubble_across_a_periodic_border_is_one():
     np.testing.assert_allclose(got[order], want, rtol=1e-9, atol=1e-9 * DX)
 
 
+def test_mean_distance_of_the_results_sees_the_oscillation():
+    bubbles = Bubbles(1.3 * ball(3.0, 2), dim=2, form="relative", **FREE)
+    (column,) = (row for row in bubbles.effect.columns(bubbles.scene) if row.name == "bubble_distance_mean")
+    before = column.value([bubbles.fluid], bubbles.scene)
+    assert before == pytest.approx(bubbles.radius(), rel=1e-12)
+    moved = bubbles.push()
+    assert np.abs(moved).max() > 0.01 * DX
+    after = column.value([bubbles.fluid], bubbles.scene)
+    assert after == pytest.approx(bubbles.radius(), rel=1e-12) and abs(after / before - 1.0) > 0.01
+
+
 def test_exact_gradient_exerts_no_net_push_and_the_papers_does():
     for gradient, m in (("exact", 1.0), ("exact", None), ("paper", 1.0)):
         points, label, masses = cloud(3)

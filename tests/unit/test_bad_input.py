@@ -1,4 +1,5 @@
 """Bad input ends a run at once: a sentence on stderr that names what, where, range and unit; status 2; no file."""
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ from pysph.base.kernels import CubicSpline, WendlandQuintic
 from pysph_boiling import cli
 from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.examples.application import SceneParameters
+from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, lattice_density, site_array
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, Expansion, Oscillation, SiteStorage, Venting
@@ -56,6 +58,8 @@ COMMANDS = [
     ("run geyser --flat --v-exp 3.5", "expansion.v_exp must be below 3.166"),
     ("run explosive_boiling --expansion.v-exp 4 --oscillation.form rayleigh_plesset",
      "expansion.v_exp times the cube of oscillation.upper must be below 5.433"),
+    ("run dam_break --source", "unrecognized arguments: --source"),
+    ("run steady_boiling --source", "source: give its power density [W/m^3] (source.density)"),
     ("run steady_boiling --venting.T-feed 380", "venting.T_feed must be <= T_sat = 373.15 K, got 380.0 K"),
     # contradictions
     ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
@@ -140,6 +144,36 @@ def test_arrays_are_refused(changes, message):
     scheme, arrays = scene(**changes)
     with pytest.raises(ValueError, match=message):
         scheme.setup_properties(arrays)
+
+
+# --- sites that crowd each other --------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("dim", "least"), [(2, 3.0), (3, 2.8)])
+def test_sites_from_which_no_bubble_departs_are_told(dim, least):
+    def sites(apart, period=0.0):
+        effects = {**sets.BOIL, "heater": None}
+        scheme = BoilingScheme(["fluid"], [], dim=dim, spacing=DX, sites=["sites"], **effects)
+        fluid = fluid_block((0.0,) * dim, (4 * DX,) * dim, spacing=DX, dim=dim, rho0=scheme.rho0)
+        places = DX * np.array([(0.0, 0.0, 0.0), (apart, 0.0, 0.0), (20.0, 0.0, 0.0)])
+        scheme.period[0] = DX * period
+        scheme.setup_properties([fluid, site_array(places, reach=2.4 * DX, spacing=DX)])
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sites(least)
+    with pytest.warns(UserWarning, match=f"2 of 3 nucleation sites are less than {least:g} spacings from another, the "
+                      "nearest 2.5: .* no bubble departs; take fewer sites"):
+        sites(2.5)
+    with pytest.warns(UserWarning, match="2 of 3 nucleation sites .* the nearest 1.5"):
+        sites(5.0, period=21.5)
+
+
+def test_crowded_base_of_a_scene_is_told():
+    p = SteadyBoiling.Parameters(**{**SteadyBoiling.variants["flat"], "width": 30, "sites": 9})
+    scene = SteadyBoiling()
+    scheme = scene.make_scheme(p)
+    with pytest.warns(UserWarning, match="9 of 9 nucleation sites .* the nearest 2.33: their vapour may join"):
+        scheme.setup_properties(scene.make_particles(p, scheme))
 
 
 # --- vapour that swells -----------------------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ OWNS = {
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
     "expansion": ("BubbleSwell BubbleSwellBack", "swell swelling", "", "rest_volume"),
     "oscillation": ("BubbleOscillation", "bcx bcy bcz bdx bdy bdz thrust",
-                    "pushes oscillation_dt n_pushed work_oscillation", "n_pushed work_oscillation"),
+                    "pushes oscillation_dt n_pushed work_oscillation", "n_pushed work_oscillation bubble_distance_mean"),
     "venting": ("VentingFilm VentingFree VentingRelease", "film covered free",
                 "energy_vented mass_vented n_vented n_bubbles_vented", "energy_lid n_vented n_bubbles_vented"),
     "refill": ("", "", "mass_refilled energy_refilled n_refilled refill_due refill_uid steps",
@@ -269,8 +269,8 @@ def parse(*arguments):
 
 
 def plain(cls):
-    """An effect with its defaults; a heater has none."""
-    return cls(temperature=400.0) if cls is Heater else cls()
+    """An effect with its defaults; a heater and a source have none."""
+    return cls(**{Heater: dict(temperature=400.0), HeatSource: dict(density=1e3)}.get(cls, {}))
 
 
 def another(cls, spec):
@@ -319,7 +319,7 @@ def test_no_option_changes_nothing():
     assert apply_options(parse(), FULL, BoilingScheme.slots) == FULL
 
 
-@pytest.mark.parametrize("slot", [slot for slot in FULL if slot != "heater"])
+@pytest.mark.parametrize("slot", [slot for slot in FULL if slot not in ("heater", "source")])
 def test_switches(slot):
     off = apply_options(parse(f"--no-{slot}"), FULL, BoilingScheme.slots)
     assert off == {name: effect for name, effect in FULL.items() if name != slot}
@@ -330,6 +330,7 @@ def test_switches(slot):
 @pytest.mark.parametrize(("arguments", "effects", "message"), [
     (["--no-drag", "--drag.rate=3"], FULL, "--no-drag and --drag.rate contradict each other"),
     (["--heater"], {}, "heater: give exactly one"),
+    (["--source"], {}, "source: give its power density"),
     (["--heater.flux=1", "--heater.temperature=400"], FULL, "heater: give exactly one"),
     (["--container.radius=1"], FULL, "box container has no parameter radius"),
     (["--container.radius=1", "--container.upper=1,1,1"], {}, "no form of 'container' takes all of radius, upper"),

@@ -10,6 +10,7 @@ from pysph_boiling.particles import Property
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, any_vapour, param
 from pysph_boiling.schemes.stages import Term
+from pysph_boiling.schemes.vapour import Vapour, join_labels
 
 __all__ = ["BubbleLabels", "Buoyancy", "Cohesion", "Drag", "SiteAdhesion"]
 
@@ -46,10 +47,10 @@ class BubbleLabels(Effect):
         from pysph_boiling.analysis.bubbles import bubble_table
 
         def number(arrays, scene):
-            return float(len(bubble_table(arrays, scene).label))
+            return float(len(Vapour(arrays).label))
 
         def single(arrays, scene):
-            return float(np.count_nonzero(bubble_table(arrays, scene).n == 1))
+            return float(np.count_nonzero(Vapour(arrays).n == 1))
 
         def radius(arrays, scene):
             table = bubble_table(arrays, scene)
@@ -57,7 +58,8 @@ class BubbleLabels(Effect):
 
         return (
             Column("n_bubbles", "-", "bubbles", number),
-            Column("bubble_radius_mean", "m", "mean equivalent radius of the bubbles; 0 without bubbles", radius),
+            Column("bubble_radius_mean", "m", "mean over the bubbles of the radius of a disc or sphere of their "
+                   "rest volume, swollen where vapour swells; 0 without bubbles", radius),
             Column("n_single_bubbles", "-", "bubbles of one particle", single),
         )
 
@@ -66,7 +68,6 @@ class BubbleLabels(Effect):
 
     def hooks(self, scene):
         from pysph_boiling.analysis.bubbles import store_sizes
-        from pysph_boiling.schemes.vapour import join_labels
 
         def whole_bubbles(arrays):
             join_labels(arrays, scene.bubble_radius(self.link_radius))
@@ -101,10 +102,15 @@ class Buoyancy(Effect):
     title: ClassVar[str] = "buoyancy"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
-    k_bubble: float = param(1.5, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral", low=0.0, may_change=True)
+    k_bubble: float = param(None, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral; 1.5, form 'paper' 0.015 if "
+                            "not given", low=0.0, may_change=True)
     a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
     k_min: float = param(1.2, "-", "form 'ihmsen': smallest factor", low=0.0)
     k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
+
+    # form 'paper' grows with N: at .015 a bubble of 100 particles has the push of the other forms, and the cap is
+    # reached at 200. At 1.5 it would be reached by two particles: the same push for all.
+    K_BUBBLE: ClassVar[MappingProxyType] = MappingProxyType({"archimedes": 1.5, "paper": 0.015})
 
     def properties(self, scene):
         if self.form == "ihmsen":
@@ -117,11 +123,12 @@ class Buoyancy(Effect):
 
     def terms(self, scene, fluid):
         gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
+        k_bubble = self.K_BUBBLE.get(self.form) if self.k_bubble is None else self.k_bubble
         if self.form == "archimedes":
-            yield Term("forces.sum", buoyancy.BubbleBuoyancy(fluid, None, k_bubble=self.k_bubble, **gravity))
+            yield Term("forces.sum", buoyancy.BubbleBuoyancy(fluid, None, k_bubble=k_bubble, **gravity))
         elif self.form == "paper":
             yield Term("forces.sum", buoyancy.BubbleBuoyancyPaper(
-                fluid, None, k_bubble=self.k_bubble, a_max=self.a_max, **gravity))
+                fluid, None, k_bubble=k_bubble, a_max=self.a_max, **gravity))
         else:
             yield Term("forces.sum", buoyancy.BubbleBuoyancyIhmsen(
                 fluid, list(scene.fluids), k_min=self.k_min, k_max=self.k_max, **gravity))

@@ -242,7 +242,12 @@ class HeatSource(Effect):
     slot: ClassVar[str] = "source"
     title: ClassVar[str] = "volumetric source"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    density: float = param(0.0, "W/m^3", "power density before the factor A", may_change=True)
+    density: float = param(None, "W/m^3", "power density before the factor A", may_change=True)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.density is None:
+            raise ValueError("source: give its power density [W/m^3] (source.density)")
 
     def properties(self, scene):
         return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,

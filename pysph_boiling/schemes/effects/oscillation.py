@@ -126,8 +126,18 @@ class Oscillation(Effect):
                                  "displace, since the start"}
         counts = tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
                        for name, meaning in meanings.items() if name in self.constants(scene))
-        return (*counts, Column("work_oscillation", "J", "kinetic energy given by the pushes since the start",
-                                lambda arrays, scene: constant(arrays, "work_oscillation")))
+
+        def distance(arrays, scene):
+            from pysph_boiling.analysis.bubbles import bubble_table
+
+            table = bubble_table(arrays, scene)
+            return float(np.mean(table.mean_radius)) if len(table.label) else 0.0
+
+        return (*counts,
+                Column("work_oscillation", "J", "kinetic energy given by the pushes since the start",
+                       lambda arrays, scene: constant(arrays, "work_oscillation")),
+                Column("bubble_distance_mean", "m", "mean over the bubbles of the mean distance of their particles from "
+                       "the centroid (the paper, eq. 24); 0 without bubbles", distance))
 
     def check(self, scene, arrays):
         if self.form != "rayleigh_plesset" and math.isinf(self.resolved_period(scene)):
