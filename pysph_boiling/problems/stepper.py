@@ -65,7 +65,7 @@ class Stepper:
     def run_stage(self, name):
         """One stage alone, on fresh neighbour lists."""
         integrator = self.solver.integrator
-        integrator.searched = False
+        integrator.forget_lists()
         integrator.nnps.update_domain()
         integrator.search()
         integrator.compute_accelerations(integrator.stages[name], update_nnps=False)

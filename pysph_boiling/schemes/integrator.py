@@ -21,6 +21,7 @@ from pysph_boiling.schemes import ranks
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
 SETTLED = 0.01  # largest density error [-] of a start that is not corrected further
+LISTED = tuple((axis, f"listed_{axis}") for axis in "xyz")  # positions, and those at the last search
 MAX_SUBSTEPS = 1000  # parts of a step; more means that particles fly apart
 MAX_SUBCYCLES = 100_000  # heat steps in a step; more means that the enthalpy diverges, not that the scene is stiff
 
@@ -132,7 +133,7 @@ class PBFIntegrator(Integrator):
         self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
         self.motion = motion
         self.heat_subcycles = 0
-        self.searched, self.searches, self.found = False, 0, []
+        self.searched, self.searches = False, 0
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
         self.runs = dict.fromkeys(stages, 0)
 
@@ -262,9 +263,12 @@ class PBFIntegrator(Integrator):
         Lists with a skin are kept as long as they hold.
         """
         start = perf_counter()
-        if self.searched and (self.frozen or (self.skin > 0.0 and self.lists_hold())):
+        kept = self.skin > 0.0 and self.lists_hold()
+        if self.searched and (self.frozen or kept):
             self.wall_time["search"] += perf_counter() - start
             return
+        if kept:  # a run goes on: its lists as they were
+            self.exchange_positions()
         if self.parallel_manager:
             self.parallel_manager.update()  # particles move to the ranks whose they are, ghosts are made anew
         with profile_ctx("nnps.update"):
@@ -278,15 +282,34 @@ class PBFIntegrator(Integrator):
                     self.nnps.current_cache.find_all_neighbors()
         self.ghosts.search_done(self.parallel_manager)
         self.searched, self.searches = True, self.searches + 1
-        if self.skin > 0.0:
-            self.found = [(pa.uid.copy(), pa.x.copy(), pa.y.copy(), pa.z.copy()) for pa in self.arrays]
+        if kept:
+            self.exchange_positions()
+        elif self.skin > 0.0:
+            for pa in self.arrays:
+                pa.place[:], pa.listed[0] = np.arange(len(pa.place)), len(pa.place)
+                for here, there in LISTED:
+                    pa.get(there)[:] = pa.get(here)
         self.wall_time["search"] += perf_counter() - start
 
     def lists_hold(self):
         """Whether the same particles stand where they stood at the last search, to half the skin."""
-        return all(np.array_equal(pa.uid, uid) and
-                   np.max((pa.x - x)**2 + (pa.y - y)**2 + (pa.z - z)**2, initial=0.0) <= 0.25 * self.skin**2
-                   for pa, (uid, x, y, z) in zip(self.arrays, self.found))
+        return all(len(pa.place) == pa.listed[0] and np.array_equal(pa.place, np.arange(len(pa.place))) and
+                   np.max((pa.x - pa.listed_x)**2 + (pa.y - pa.listed_y)**2 + (pa.z - pa.listed_z)**2,
+                          initial=0.0) <= 0.25 * self.skin**2 for pa in self.arrays)
+
+    def exchange_positions(self):
+        """Put the particles where they stood at the last search, or back."""
+        for pa in self.arrays:
+            for here, there in LISTED:
+                now = pa.get(here).copy()
+                pa.get(here)[:] = pa.get(there)
+                pa.get(there)[:] = now
+
+    def forget_lists(self):
+        """Let the next step search anew, wherever its particles stand."""
+        self.searched = False
+        for pa in self.arrays if self.skin > 0.0 else ():
+            pa.listed[0] = -1.0
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""

@@ -35,6 +35,8 @@ from pysph_boiling.schemes.cache import CheckedModule, load_as
 
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
+NEVER = (-1.0,)  # step at which particles were sorted last
+
 # Sums may be reordered, which a vectorised sum over the neighbours needs; NaN and Inf keep their meaning. -O2 without
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
 REORDER = ("-O2", "-g0", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fno-math-errno", "-fno-trapping-math",
@@ -205,8 +207,16 @@ class StagedSolver(Solver):
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
     def reorder_particles(self):
-        order_fluids(self.nnps, self.integrator.arrays)
-        self.integrator.searched = False
+        """Sort the particles, once at a step: PySPH asks at every start, and a run that goes on has done so already."""
+        arrays = self.integrator.arrays
+        if self.count % self.reorder_freq or self.count == arrays[0].constants.get("ordered", NEVER)[0]:
+            return
+        order_fluids(self.nnps, arrays)
+        for pa in arrays:
+            if "ordered" not in pa.constants:
+                pa.add_constant("ordered", NEVER)
+            pa.constants["ordered"].get_npy_array()[0] = self.count  # in the particle files: state of the run
+        self.integrator.forget_lists()
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (

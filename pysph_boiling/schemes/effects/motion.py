@@ -94,12 +94,18 @@ class DensityConstraint(Effect):
             Property("qx", "m", "displacement of the last sweep"),
             Property("qy", "m", "displacement of the last sweep"),
             Property("qz", "m", "displacement of the last sweep"),
-        ) if self.acceleration else ())
+        ) if self.acceleration else ()) + ((
+            Property("place", "-", "index at the last neighbour search", "int", True),
+            Property("listed_x", "m", "position at the last neighbour search", state=True),
+            Property("listed_y", "m", "position at the last neighbour search", state=True),
+            Property("listed_z", "m", "position at the last neighbour search", state=True),
+        ) if self.skin else ())
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
         return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
-                "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated
+                "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
+                    {"listed": -1.0} if self.skin else {})
 
     def check(self, scene, arrays):
         """A particle that reads its rest density from itself alone can never be set at rest by moving."""
