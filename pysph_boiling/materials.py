@@ -18,6 +18,7 @@ class Material:
     sigma : float           Surface tension [N/m].
     mu_l, mu_v : float      Dynamic viscosity [Pa s].
     beta : float            Thermal expansion coefficient of the liquid [1/K].
+    T_melt : float          Melting temperature [K], below which it is no liquid; 0 K if not given.
 
     Errors: ``ValueError`` naming the constant, its value and its unit. Limits: constants do not vary with temperature.
     """
@@ -36,15 +37,17 @@ class Material:
     mu_l: float
     mu_v: float
     beta: float
+    T_melt: float | None = None
 
     UNITS = {
         "T_sat": "K", "T_crit": "K", "rho_l": "kg/m^3", "rho_v": "kg/m^3", "c_l": "J/(kg K)", "c_v": "J/(kg K)",
         "k_l": "W/(m K)", "k_v": "W/(m K)", "L": "J/kg", "sigma": "N/m", "mu_l": "Pa s", "mu_v": "Pa s", "beta": "1/K",
+        "T_melt": "K",
     }
 
     def __post_init__(self):
         for field in fields(self):
-            if field.name == "name":
+            if field.name == "name" or (field.name == "T_melt" and self.T_melt is None):
                 continue
             value = float(getattr(self, field.name))
             object.__setattr__(self, field.name, value)
@@ -52,6 +55,12 @@ class Material:
                 raise ValueError(f"{field.name} of {self.name} must be > 0 {self.UNITS[field.name]}, got {value}")
         if self.T_sat >= self.T_crit:
             raise ValueError(f"T_sat must be below T_crit = {self.T_crit} K, got {self.T_sat} K")
+
+    def check_melted(self, T, name):
+        """Raise ``ValueError``, which calls it ``name``, for a temperature [K] below that of melting."""
+        if self.T_melt is not None and T < self.T_melt:
+            raise ValueError(f"{name} must be >= {self.T_melt} K, at which {self.name} melts, got {T} K: temperatures "
+                             f"are in kelvin, and {T:g} degrees Celsius are {T + 273.15:g} K")
 
     def with_(self, **changes):
         """A copy with some constants changed."""
@@ -62,5 +71,5 @@ class Material:
 # degrees Celsius, .026 K above the boiling point at that pressure. A test compares them with CoolProp.
 WATER_1ATM = Material(
     name="water at 1 atm", T_sat=373.15, T_crit=647.1, rho_l=958.0, rho_v=0.598, c_l=4216.0, c_v=2077.0, k_l=0.677,
-    k_v=0.0246, L=2.257e6, sigma=0.0589, mu_l=2.82e-4, mu_v=1.22e-5, beta=7.5e-4,
+    k_v=0.0246, L=2.257e6, sigma=0.0589, mu_l=2.82e-4, mu_v=1.22e-5, beta=7.5e-4, T_melt=273.15,
 )

@@ -34,7 +34,7 @@ from pysph_boiling.analysis.ledger import Ledger, write_json
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.resume import Resumed, settings, with_units
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects import check_parameters, param
+from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.quality import QUALITIES
@@ -301,6 +301,9 @@ class SceneApplication(Application):
                 raise ValueError(f"--timestep must be > 0 s, got {options.time_step} s")
             step = dict(dt=options.time_step, pfreq=max(1, round(p.frame / options.time_step)))
         self.scheme = self.make_scheme(p)
+        self.plain = dict(self.scheme.effects)  # as the parameters of the scene have them
+        if self.scheme.material is not None:
+            check_temperatures(p, lambda name: f"--{name.replace('_', '-')}", self.scheme.material)
         if options.quality is not None:
             self.scheme.set_quality(options.quality)
         self.scheme.effects = effects_in_mode(options.mode, self.scheme.effects)
@@ -578,6 +581,17 @@ class SceneApplication(Application):
         return "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
             "openmp" if config.use_openmp else "cython"
 
+    def told_parameters(self):
+        """Parameters as ``run.json`` holds them; what an option of an effect has replaced says so (``replaced_by``)."""
+        rows = with_units(self.parameters)
+        for spec in dataclasses.fields(self.parameters):
+            slot, _, name = (spec.metadata.get("sets") or "").partition(".")
+            if slot in self.plain:
+                built = self.scheme.effects.get(slot)
+                if built is None or getattr(built, name, None) != getattr(self.plain[slot], name):
+                    rows[spec.name]["replaced_by"] = f"--no-{slot}" if built is None else f"--{slot}"
+        return rows
+
     def counts(self):
         """Particles of each array, on all ranks."""
         return {pa.name: int(ranks.total(pa.get_number_of_particles(True))) for pa in self.particles}
@@ -602,7 +616,7 @@ class SceneApplication(Application):
             "quality": options.quality or "scene",
             "steps": self.solver.count,
             "particles": self.counts(),
-            "parameters": with_units(self.parameters),
+            "parameters": self.told_parameters(),
             "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
                         for slot, effect in scheme.effects.items()},
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},

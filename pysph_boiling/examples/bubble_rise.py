@@ -54,8 +54,9 @@ class BubbleRiseParameters(SceneParameters):
     diameter: float = param(6.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(5.0, "-", "height of its centre above the base, in spacings", above=0.0)
     superheat: float = param(10.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
-    limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0)
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0)
+    limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0, sets="burst.superheat_limit")
+    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.acceleration")
 
 
 class BubbleRise(SceneApplication):

@@ -52,10 +52,12 @@ class ExplosiveBoilingParameters(SceneParameters):
     headroom: float = param(1.0, "-", "height above the water, in heights of the water", above=0.0)
     hot: float = param(0.5, "-", "superheated part of the water, by height from the floor", above=0.0, high=1.0)
     superheat: float = param(90.0, "K", "superheat of that part", above=0.0, high=250.0)
-    limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0)
-    region: float = param(2.0, "-", "radius of a region, in spacings", above=0.0)
+    limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
+                         sets="burst.superheat_limit")
+    region: float = param(2.0, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
     subcooling: float = param(2.0, "K", "the rest of the water and the feed, below saturation", low=0.0, high=80.0)
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0)
+    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.acceleration")
 
 
 class ExplosiveBoiling(SceneApplication):
@@ -115,8 +117,9 @@ class ExplosiveBoiling(SceneApplication):
         p, material = self.parameters, self.scheme.material
         paid = material.c_l * p.superheat / material.L  # of the superheated water
         v_exp = self.scheme.effects["expansion"].v_exp if "expansion" in self.scheme.effects else 1.0
+        heat = self.scheme.effects.get("heat")
         return {
-            "A (heat against motion)": (self.scheme.effects["heat"].acceleration, "-"),
+            **({} if heat is None else {"A (heat against motion)": (heat.acceleration, "-")}),
             "St = c_l superheat/L": (paid, "-"),
             "particles of vapour that the excess heat pays for": (
                 paid * p.hot * self.counts()["fluid"], "-"),

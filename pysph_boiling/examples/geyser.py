@@ -39,12 +39,15 @@ class GeyserParameters(SceneParameters):
     pool_depth: int = param(1, "-", "depth of the pool, in spacings", low=1)
     sky: int = param(30, "-", "height above the pool, in spacings", low=4)
     superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
-                             may_change=True)
-    limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0)
-    region: float = param(2.4, "-", "radius of a region, in spacings", above=0.0)
+                             may_change=True, sets="heater.temperature")
+    limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
+                         sets="burst.superheat_limit")
+    region: float = param(2.4, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    acceleration: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0)
-    v_exp: float = param(3.0, "-", "volume of vapour in units of its liquid's", low=1.0, high=4.0)
+    acceleration: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.acceleration")
+    v_exp: float = param(3.0, "-", "volume of vapour in units of its liquid's", low=1.0, high=4.0,
+                         sets="expansion.v_exp")
 
 
 class Geyser(ExplosiveBoiling):
@@ -120,16 +123,17 @@ class Geyser(ExplosiveBoiling):
         return WATER_1ATM.T_sat - p.subcooling
 
     def facts(self):
-        p, scheme = self.parameters, self.scheme
-        material, heat = scheme.material, scheme.effects["heat"]
-        diffusivity = heat.conductivity(material.k_l) / (material.rho_l * material.c_l)
-        return {
-            "A (heat against motion)": (heat.acceleration, "-"),
-            "St = c_l limit/L": (material.c_l * p.limit / material.L, "-"),
-            "time for heat to cross a third of the chamber": (
-                (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s"),
-            "t* = sqrt(dx/g)": (scheme.scene().fall_time, "s"),
-        }
+        p, scheme, effects = self.parameters, self.scheme, self.scheme.effects
+        scene, material = scheme.scene(), scheme.material
+        facts = {"t* = sqrt(dx/g)": (scene.fall_time, "s")}
+        if "heat" in effects:
+            diffusivity = effects["heat"].conductivity(material.k_l) / (material.rho_l * material.c_l)
+            facts |= {"A (heat against motion)": (effects["heat"].acceleration, "-"),
+                      "time for heat to cross a third of the chamber": (
+                          (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s")}
+        if "burst" in effects:
+            facts["St = c_l limit/L"] = (material.c_l * effects["burst"].onset(scene)[0] / material.L, "-")
+        return facts
 
     @property
     def eruptions(self):

@@ -31,8 +31,9 @@ class HeatedSlabParameters(SceneParameters):
     substeps: int = param(5, "-", "steps in a frame; the heat is subcycled below that", low=1, may_change=True)
     thickness: float = param(0.02, "m", "thickness of the slab", above=0.0)
     spacing: float = param(0.5e-3, "m", "particle spacing", above=0.0)
-    T_0: float = param(293.15, "K", "temperature at the start", above=0.0)
-    T_1: float = param(353.15, "K", "temperature of the plate", above=0.0, may_change=True)
+    T_0: float = param(293.15, "K", "temperature at the start", above=0.0, temperature=True)
+    T_1: float = param(353.15, "K", "temperature of the plate", above=0.0, may_change=True,
+                       temperature=True, sets="heater.temperature")
     tolerance: float = param(0.02, "-", "largest relative L2 error of T - T_0 at the end", above=0.0, may_change=True)
 
 

@@ -51,9 +51,10 @@ class SteadyBoilingParameters(SceneParameters):
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
     heated: float = param(0.75, "-", "heated part of the base, by width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0)
+    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.acceleration")
     superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
-                             may_change=True)
+                             may_change=True, sets="heater.temperature")
 
 
 class SteadyBoiling(SceneApplication):
@@ -111,22 +112,28 @@ class SteadyBoiling(SceneApplication):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
 
     def facts(self):
-        p, scheme = self.parameters, self.scheme
-        scene, material, heat = scheme.scene(), scheme.material, scheme.effects["heat"]
+        p, scheme, effects = self.parameters, self.scheme, self.scheme.effects
+        scene, material = scheme.scene(), scheme.material
+        facts = {"t* = sqrt(dx/g)": (scene.fall_time, "s")}
+        if "heat" not in effects:
+            return facts
+        heat = effects["heat"]
         k = heat.conductivity(material.k_l)
-        heated_area = (p.heated * p.width * p.spacing) ** (p.dim - 1)
-        heater = scheme.effects["heater"]
-        flux = heater.flux * heat.acceleration if heater.flux is not None else k * p.superheat / p.spacing
-        water = self.ledger.mass(scheme.arrays)
-        return {
+        facts |= {
             "A (heat against motion)": (heat.acceleration, "-"),
             "E (enhanced conductivity)": (heat.enhancement, "-"),
-            "q dx/k_eff (superheat across a spacing)": (flux * p.spacing / k, "K"),
-            "St = c_l superheat/L": (material.c_l * p.superheat / material.L, "-"),
-            "Fo = alpha_eff t*/dx^2": (k / (material.rho_l * material.c_l) * scene.fall_time / p.spacing**2, "-"),
-            "t* = sqrt(dx/g)": (scene.fall_time, "s"),
-            "time to boil dry at that flux": (water * material.L / (flux * heated_area), "s"),
-        }
+            "Fo = alpha_eff t*/dx^2": (k / (material.rho_l * material.c_l) * scene.fall_time / p.spacing**2, "-")}
+        if "heater" in effects:
+            heater = effects["heater"]
+            superheat = (heater.temperature - material.T_sat if heater.flux is None
+                         else heater.flux * heat.acceleration * p.spacing / k)
+            facts |= {
+                "q dx/k_eff (superheat across a spacing)": (superheat, "K"),
+                "St = c_l superheat/L": (material.c_l * superheat / material.L, "-")}
+            power = k * superheat / p.spacing * (p.heated * p.width * p.spacing) ** (p.dim - 1)
+            if power > 0.0:
+                facts["time to boil dry at that flux"] = (self.ledger.mass(scheme.arrays) * material.L / power, "s")
+        return facts
 
     def check_final(self):
         self.check_needs("nucleation", "bubbles", "venting")

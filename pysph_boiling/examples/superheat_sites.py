@@ -17,10 +17,11 @@ from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 class SuperheatSitesParameters(SteadyBoilingParameters):
     """The vessel of steady boiling; ``sites`` is what matters."""
 
-    superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0)
-    region: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0)
+    superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0,
+                                   sets="burst.superheat_limit")
+    region: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0, sets="burst.radius")
     heat_loss: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
-                             may_change=True)
+                             may_change=True, sets="loss.coefficient")
 
 
 class SuperheatSites(SteadyBoiling):

@@ -49,13 +49,15 @@ class BoilingScheme(PBFScheme):
     def set_temperature(self, pa, T):
         """Start a fluid array at temperature ``T`` [K], a number or (n,): liquid, superheated above saturation.
 
-        Raises ``ValueError`` outside (0 K, critical temperature), and for a wrong shape. Call it after
-        ``setup_properties``.
+        Raises ``ValueError`` below melting, from the critical temperature on, and for a wrong shape. Call
+        it after ``setup_properties``.
         """
         if np.shape(T) not in ((), (1,), pa.x.shape):
             raise ValueError(f"T of '{pa.name}' must be a number or have shape {pa.x.shape} [K], got {np.shape(T)}")
         add_properties(pa, [row for row in self.gather("properties") if row.name not in pa.properties])
         pa.e[:] = enthalpy(T, self.material)
+        if np.size(T):
+            self.material.check_melted(float(np.min(T)), f"T of '{pa.name}'")
         phase = Phase.LIQUID
         if "phase" in pa.properties:
             pa.phase[:] = (pa.e >= 0.0) * int(Phase.SUPERHEATED)

@@ -11,7 +11,7 @@ from pysph_boiling.names import unknown, whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties, close_walls
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
-from pysph_boiling.schemes.effects import EFFECTS, Scene
+from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -306,8 +306,10 @@ class PBFScheme(Scheme):
                     raise ValueError(f"property '{prop}' of '{name}' holds NaN or Inf")
             if np.any(pa.m <= 0.0) or np.any(pa.h <= 0.0):
                 raise ValueError(f"masses [kg] and smoothing lengths [m] of '{name}' must be > 0")
-        for effect in self.effects.values():
+        for slot, effect in self.effects.items():
             effect.check(scene, arrays)
+            if self.material is not None:
+                check_temperatures(effect, f"{slot}.{{}}".format, self.material)
 
     @staticmethod
     def _give(pa, rows, clean):

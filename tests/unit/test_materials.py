@@ -38,7 +38,11 @@ def test_water_boils_at_a_hundred_degrees_and_takes_its_latent_heat():
 
 
 def test_every_constant_of_water_is_compared():
-    assert set(COOLPROP) | {"L", "T_crit", "T_sat"} == set(CONSTANTS)
+    assert set(COOLPROP) | {"L", "T_crit", "T_sat", "T_melt"} == set(CONSTANTS)
+
+
+def test_water_melts_at_zero_degrees():
+    assert WATER_1ATM.T_melt == pytest.approx(PropsSI("Ttriple", "Water"), abs=0.02)  # .01 K above: pressure lowers it
 
 
 def _numbers(pattern):

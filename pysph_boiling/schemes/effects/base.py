@@ -16,8 +16,8 @@ from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
-    "EFFECTS", "Column", "Effect", "Flow", "Scene", "any_vapour", "check_parameters", "constant", "cumulative",
-    "gather", "param", "total",
+    "EFFECTS", "Column", "Effect", "Flow", "Scene", "any_vapour", "check_parameters", "check_temperatures", "constant",
+    "cumulative", "gather", "param", "total",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
@@ -96,14 +96,29 @@ class Flow(NamedTuple):
     leak: bool = False
 
 
-def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None, may_change=False):
+def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None, may_change=False,
+          temperature=False, sets=None):
     """A parameter of an effect: a dataclass field that carries unit, meaning and bounds.
 
     ``low`` and ``high`` are allowed values, ``above`` is not. ``None`` as the default means that the scene decides.
-    ``may_change``: a run may go on with another value; the state of its files must not depend on it.
+    ``may_change``: a run may go on with another value; the state of its files must not depend on it. ``temperature``
+    marks an absolute temperature, which must not be below that of melting (:func:`check_temperatures`).
+    ``sets`` is the parameter of an effect ("slot.name") that follows from this one of a scene, if nothing else is said.
     """
-    meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices, may_change=may_change)
+    meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices, may_change=may_change,
+                temperature=temperature, sets=sets)
     return field(default=default, metadata=meta)
+
+
+def check_temperatures(instance, label, material):
+    """Check the absolute temperatures among parameters: 140, which is meant in degrees Celsius, is no water.
+
+    Errors: ``ValueError`` with what ``label`` makes of the parameter's name, the limit and the unit.
+    """
+    for spec in dataclasses.fields(instance):
+        T = getattr(instance, spec.name)
+        if spec.metadata.get("temperature") and T is not None:
+            material.check_melted(T, label(spec.name))
 
 
 def check_parameters(instance, label):

@@ -28,7 +28,7 @@ class Convection(Effect):
     beta: float = param(None, "1/K", "form 'boussinesq': thermal expansion coefficient; the material's if not given",
                         low=0.0)
     T_ref: float = param(None, "K", "form 'boussinesq': neutral temperature; the mean of the liquid if not given",
-                         above=0.0)
+                         above=0.0, temperature=True)
     gain: float = param(0.3, "-", "form 'gradient': acceleration over |g| for 1 K across a spacing, cut at 1; tuned",
                         low=0.0)
 

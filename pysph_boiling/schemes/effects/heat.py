@@ -101,7 +101,8 @@ class Heater(Effect):
     title: ClassVar[str] = "heater"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     given: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
-    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0, may_change=True)
+    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0, may_change=True,
+                               temperature=True)
     flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0,
                         may_change=True)
     until: float = param(None, "s", "when it is switched off: it exchanges no heat from then on; never if not given",
@@ -193,7 +194,7 @@ class AmbientLoss(Effect):
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0,
                                may_change=True)
-    T_ambient: float = param(293.15, "K", "ambient temperature", above=0.0, may_change=True)
+    T_ambient: float = param(293.15, "K", "ambient temperature", above=0.0, may_change=True, temperature=True)
 
     THRESHOLD: ClassVar[float] = 0.2  # of 1/spacing: half the value in the second layer of a flat surface
 

@@ -25,7 +25,7 @@ class Refill(Effect):
     rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); what was vented, evened out, if not given", low=0.0,
                         may_change=True)
     T_feed: float = param(None, "K", "temperature of the liquid that flows in; saturation if not given", above=0.0,
-                          may_change=True)
+                          may_change=True, temperature=True)
     seed: int = param(0, "-", "seed of the places where it comes in", low=0)
 
     DELAY: ClassVar[float] = 20.0  # t*: what a bubble took away comes back over this time, not in one step

@@ -29,7 +29,7 @@ class Venting(Effect):
                          above=0.0, high=1.0)
     steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0,
-                          may_change=True)
+                          may_change=True, temperature=True)
     cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
     lowest: float = param(0.3, "-", "what lies lower above a particle does not cover it, in spacings", low=0.0)
 

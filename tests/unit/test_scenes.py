@@ -1,0 +1,114 @@
+"""What a scene says of itself is what was built, without each effect too; kelvin are told from Celsius."""
+import math
+
+import numpy as np
+import pytest
+
+from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.cli import main, scene_class
+from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.pbf import PBFScheme
+
+POOL = ["--flat", "--width", "12", "--fill", "8"]
+BUBBLE = ["--flat", "--width", "14", "--fill", "30"]
+SMALL = {  # scene -> options that make it small
+    "steady_boiling": [*POOL, "--sites", "2"], "superheat_sites": [*POOL, "--sites", "2"],
+    "cooling": [*POOL, "--sites", "2"], "explosive_boiling": POOL, "bubble_rise": BUBBLE, "bubble_held": BUBBLE,
+    "bubble_merge": BUBBLE, "bubble_split": BUBBLE, "dam_break": ["--quick"], "heated_slab": [],
+    "geyser": ["--flat", "--chamber", "5", "--chamber-height", "4", "--pool", "6", "--vent-height", "4", "--sky", "6"]}
+
+
+def built(name, *options):
+    """A scene made, but not compiled, with its small form and some options."""
+    application = scene_class(name)()
+    application.set_args([*SMALL[name], *options])
+    application._parse_command_line(force=True)
+    application._prepare()
+    application.particles = application.prepared
+    application.scheme.arrays = [pa for pa in application.particles if pa.name in application.scheme.fluids]
+    application.ledger = Ledger(application.scheme)
+    return application
+
+
+def slots(name):
+    scheme = PBFScheme if name == "dam_break" else BoilingScheme
+    return scheme.slots
+
+
+@pytest.mark.parametrize(("name", "slot"), [(name, slot) for name in SMALL for slot in slots(name)])
+def test_scene_without_an_effect_is_told_rightly_or_refused(name, slot):
+    try:
+        application = built(name, f"--no-{slot}")
+    except ValueError as refused:
+        assert slot in str(refused) and len(str(refused).split()) > 5, refused
+        return
+    facts = application.facts()
+    assert all(math.isfinite(value) and unit for value, unit in facts.values()), facts
+    assert (slot in application.scheme.effects) is False
+    assert not any("superheat" in fact for fact in facts) or slot != "heater" or name == "explosive_boiling"
+    rows = application.told_parameters()
+    for spec_name, row in rows.items():
+        if row.get("replaced_by"):
+            assert row["replaced_by"] == f"--no-{slot}", spec_name
+
+
+def test_facts_are_those_of_the_heater_that_was_built():
+    heater = {"plain": (60.0, []), "warmer": (413.0 - WATER.T_sat, ["--heater.temperature", "413"])}
+    for superheat, options in heater.values():
+        facts = built("steady_boiling", *options).facts()
+        assert facts["q dx/k_eff (superheat across a spacing)"][0] == pytest.approx(superheat)
+        assert facts["St = c_l superheat/L"][0] == pytest.approx(WATER.c_l * superheat / WATER.L)
+    flux = built("steady_boiling", "--heater.flux", "30000")
+    superheat = 30000 * flux.parameters.spacing / WATER.k_l  # A is in both
+    assert flux.facts()["St = c_l superheat/L"][0] == pytest.approx(WATER.c_l * superheat / WATER.L)
+    power = 30000 * 1000.0 * 0.7 * 12 * flux.parameters.spacing
+    dry = flux.ledger.mass(flux.scheme.arrays) * WATER.L / power
+    assert flux.facts()["time to boil dry at that flux"][0] == pytest.approx(dry)
+    assert "time to boil dry at that flux" not in built("steady_boiling", "--heater.temperature", "300").facts()
+    limit = built("geyser", "--burst.superheat-limit", "99").facts()["St = c_l limit/L"][0]
+    assert limit == pytest.approx(WATER.c_l * 99.0 / WATER.L)
+
+
+@pytest.mark.parametrize(("name", "options", "parameter", "by"), [
+    ("steady_boiling", ["--heater.temperature", "413"], "superheat", "--heater"),
+    ("steady_boiling", ["--heater.flux", "1e4"], "superheat", "--heater"),
+    ("steady_boiling", ["--no-heater"], "superheat", "--no-heater"),
+    ("steady_boiling", ["--heat.acceleration", "7"], "acceleration", "--heat"),
+    ("heated_slab", ["--heater.temperature", "300"], "T_1", "--heater"),
+    ("cooling", ["--heater.until", "9"], "heat_until", "--heater"),
+    ("geyser", ["--expansion.v-exp", "2"], "v_exp", "--expansion"),
+    ("superheat_sites", ["--mode", "gu"], "superheat_limit", "--no-burst"),
+])
+def test_record_tells_which_parameters_an_option_has_replaced(name, options, parameter, by):
+    rows = built(name, *options).told_parameters()
+    assert rows[parameter]["replaced_by"] == by
+    assert not any("replaced_by" in row for row in built(name).told_parameters().values())
+
+
+@pytest.mark.parametrize(("name", "options", "said"), [
+    ("steady_boiling", ["--heater.temperature", "140"], "heater.temperature must be >= 273.15 K"),
+    ("heated_slab", ["--T-1", "80"], "--T-1 must be >= 273.15 K"),
+    ("heated_slab", ["--T-0", "20"], "--T-0 must be >= 273.15 K"),
+    ("superheat_sites", ["--loss.T-ambient", "25"], "loss.T_ambient must be >= 273.15 K"),
+    ("steady_boiling", ["--venting.T-feed", "95"], "venting.T_feed must be >= 273.15 K"),
+    ("heated_slab", ["--heater.temperature", "273"], "heater.temperature must be >= 273.15 K"),
+])
+def test_celsius_for_kelvin_is_refused(name, options, said, tmp_path, capsys):
+    assert main(["run", name, *SMALL[name], *options, "-d", str(tmp_path / "out")]) == 2
+    complaint = capsys.readouterr().err
+    assert said in complaint and "temperatures are in kelvin" in complaint
+    if options[1] == "140":
+        assert "140 degrees Celsius are 413.15 K" in complaint
+    assert not (tmp_path / "out").exists()
+
+
+def test_start_temperature_must_be_one_of_liquid():
+    application = built("heated_slab")
+    fluid = application.scheme.arrays[0]
+    for T in (20.0, np.linspace(20.0, 90.0, len(fluid.x))):
+        with pytest.raises(ValueError, match=r"T of .fluid. must be >= 273.15 K, .* got 20.0 K: .*293.15 K"):
+            application.scheme.set_temperature(fluid, T)
+    application.scheme.set_temperature(fluid, 273.15)
+    ice = WATER.with_(T_melt=None)  # who does not give it has no such limit
+    ice.check_melted(20.0, "T")
