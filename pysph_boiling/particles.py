@@ -88,6 +88,14 @@ def add_properties(pa, properties):
     pa.set_output_arrays(list(dict.fromkeys([*pa.output_property_arrays, *states])))
 
 
+def number(pa):
+    """Give each particle a ``uid`` of its own, 0 .. n-1, unless each has one."""
+    if "uid" not in pa.properties:
+        pa.add_property("uid", type="unsigned int")
+    if len(np.unique(pa.uid)) != len(pa.uid):
+        pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
+
+
 def _check_points(name, points, spacing):
     points = np.asarray(points, dtype=float)
     if not np.isfinite(spacing) or spacing <= 0.0:

@@ -4,6 +4,10 @@ One round is four groups: :class:`BubbleSnap`, :class:`BubbleHook`, :class:`Bubb
 after one :class:`BubbleStart` and before one :class:`BubbleLabel`. Parents are indices into the array; the order that
 decides which of two roots wins is that of the uids, so the label of a bubble is its smallest uid on every backend and
 for every particle order. A shuffled chain of n particles settles in about log2(n) rounds.
+
+Each of the four needs a group of its own, all four one that iterates until :class:`BubbleCheck` has converged, and
+ghosts of a periodic domain need ``grandparent`` after :class:`BubbleSnap`. Anything else labels wrongly in silence: in
+another scheme take the groups from :func:`pysph_boiling.schemes.guest.label_groups`.
 """
 from compyle.api import declare
 from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own

@@ -21,7 +21,8 @@ class BubbleBuoyancy(Equation):
     gx, gy, gz : float Gravity [m/s^2].
 
     Reads    d_phase.   Writes   d_au, d_av, d_aw [m/s^2], own index only.   Errors   ValueError if k_bubble < 0.
-    Limits   Not the real density ratio (1600 for water): equal masses, strength tuned.
+    Limits   Not the real density ratio (1600 for water): equal masses, strength tuned. It acts on all vapour: without
+    VentingRelease, and without removing what is free, vapour rises out of the pool for ever.
     """
 
     def __init__(self, dest, sources, k_bubble, gx=0.0, gy=0.0, gz=0.0):

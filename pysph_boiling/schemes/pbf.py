@@ -8,7 +8,14 @@ from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
 from pysph_boiling.names import unknown, whole_number
-from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, WALL_PROPERTIES, add_properties, close_walls
+from pysph_boiling.particles import (
+    BASE_PROPERTIES,
+    PYSPH_PROPERTIES,
+    WALL_PROPERTIES,
+    add_properties,
+    close_walls,
+    number,
+)
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
@@ -247,8 +254,7 @@ class PBFScheme(Scheme):
         for name in self.fluids:
             pa = arrays[name]
             self._give(pa, fluid_rows, clean)
-            if len(np.unique(pa.uid)) != len(pa.uid):
-                pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
+            number(pa)
             constants = {}
             for effect in self.effects.values():
                 constants.update(effect.constants(scene))
