@@ -10,7 +10,7 @@ import warnings
 from functools import partial
 
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.names import nearest, unknown
+from pysph_boiling.names import as_typed, nearest, unknown
 from pysph_boiling.threads import wait_briefly
 
 __all__ = ["main", "scene_class", "scenes"]
@@ -45,14 +45,14 @@ def openmp_arguments(arguments, ranks=1):
 
 
 def list_scenes():
-    """Print every scene with the first line of its module."""
+    """Print every scene with the first paragraph of its module."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table("scene", "what it shows")
     for name in scenes():
         module = importlib.import_module(f"pysph_boiling.examples.{name}")
-        table.add_row(name, (module.__doc__ or "").split("\n")[0])
+        table.add_row(name, " ".join((module.__doc__ or "").split("\n\n")[0].split()))
     Console().print(table)
 
 
@@ -77,6 +77,10 @@ def render(arguments):
     options = parser.parse_args(arguments)
     if options.every < 1:
         raise ValueError(f"--every must be 1 or more, got {options.every}")
+    if options.movie:
+        from pysph_boiling.analysis.movie import check_movie
+
+        check_movie(options.movie, options.fps)
     folder = options.directory
     if options.paraview:
         made = write_paraview(folder, every=options.every, track=partial(track, description="writing"))
@@ -172,6 +176,12 @@ def main(argv=None):
         return 2
     try:
         commands[command](rest)
+    except KeyboardInterrupt as error:
+        from pysph_boiling.schemes import ranks
+
+        if ranks.rank() == 0:
+            print(f"pysph-boiling: {error if error.args else 'interrupted'}", file=sys.stderr, flush=True)
+        return 130  # as a shell has it: 128 + SIGINT
     except Exception as error:
         return report(error)
     return 0
@@ -206,7 +216,9 @@ def explain(error):
                     "does not start: run 'python tools/build_parallel_manager.py', or 'make setup-mpi'"), 2
         return (str(error), 2) if "pip install" in str(error) else (None, 1)
     if isinstance(error, (ValueError, OSError)):
-        return str(error), 2
+        from pysph_boiling.schemes.effects import EFFECTS
+
+        return as_typed(error, EFFECTS), 2
     if isinstance(error, FloatingPointError):
         return str(error), 1
     if isinstance(error, ArithmeticError):

@@ -1,8 +1,27 @@
 """What users type or pass: a name that must be known, a number that must be whole. Errors say what would be right."""
 import difflib
+import re
 from numbers import Real
 
-__all__ = ["nearest", "unknown", "whole_number"]
+__all__ = ["SchemeError", "as_typed", "nearest", "unknown", "whole_number"]
+
+
+class SchemeError(ValueError):
+    """A scheme that cannot be, and what to do: ``python`` for who writes it, ``option`` for who types it."""
+
+    def __init__(self, what, python, option):
+        super().__init__(f"{what}: {python}")
+        self.typed = f"{what}: {option}"
+
+
+def as_typed(error, slots):
+    """The message of an error in the words of the command line: ``--heater.temperature`` for ``heater.temperature``."""
+    def option(found):
+        slot, name = found[1], found[2].replace("_", "-")
+        return f"--{name}" if slot == "scene" else f"--{slot}.{name}"
+
+    return re.sub(rf"(?<![-.\w])({'|'.join(['scene', *slots])})\.([a-zA-Z]\w*)", option,
+                  getattr(error, "typed", str(error)))
 
 
 def nearest(name, known):

@@ -119,7 +119,8 @@ def cases():
     """Name -> folder of every case. Raises ``ValueError`` outside a checkout."""
     found = {path.parent.name: path.parent for path in sorted(FOLDER.glob("*/case.py"))}
     if not found:
-        raise ValueError(f"validate works in a checkout of the repository: there are no cases in {FOLDER}")
+        raise ValueError("validate needs a checkout of the repository, which has its cases in tests/validation; this "
+                         f"is an installed package, in {FOLDER.parents[1]}: clone the repository and run it there")
     return found
 
 

@@ -118,7 +118,8 @@ def accuracy(arguments):
     """
     from rich.console import Console
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling accuracy", description=__doc__)
+    parser = argparse.ArgumentParser(prog="pysph-boiling accuracy", description=(
+        "What accuracy costs in time: error against time for every setting that matters."))
     parser.add_argument("study", nargs="*", metavar="STUDY", help=f"which ones, all if none is named: "
                         f"{', '.join(STUDIES)}")
     parser.add_argument("--quick", action="store_true", help="small scenes, three minutes at most")

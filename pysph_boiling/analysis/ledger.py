@@ -69,6 +69,9 @@ class Rows(Sequence):
             self.names = tuple(row)
         self.values.append(array("d", [row[name] for name in self.names]))
 
+    def pop(self):
+        self.values.pop()
+
     def __len__(self):
         return len(self.values)
 
@@ -99,7 +102,7 @@ class Ledger(Tool):
         self.flows = scheme.gather("flows")
         self.thermal = "heat" in scheme.effects
         self.columns = [*self._own_columns(), *scheme.gather("columns")]
-        self.rows = Rows()
+        self.rows, self.now = Rows(), None
         self.warned = False
 
     def check(self, arrays):
@@ -222,10 +225,22 @@ class Ledger(Tool):
         values.update((column.name, column.value(arrays, self.scene)) for column in self.columns)
         return values
 
+    def pre_step(self, solver):
+        if solver.count % self.every and self.rows and self.rows[-1]["t"] >= solver.t * (1.0 - 1e-12):
+            self.rows.pop()  # the last step of a run that goes on now: no row of the whole run
+
     def post_step(self, solver):
-        if (solver.count + 1) % self.every:
-            return
-        row = self.row(solver.t + solver.dt, solver.dt)
+        self.now = solver.t + solver.dt, solver.dt
+        if (solver.count + 1) % self.every == 0:
+            self.add(*self.now)
+
+    def finish(self):
+        """Add the row of the last step, if it has none: the results end where the run does."""
+        if self.now and (not self.rows or self.rows[-1]["t"] < self.now[0]):
+            self.add(*self.now)
+
+    def add(self, t, dt):
+        row = self.row(t, dt)
         self.rows.append(row)
         if row.get("energy_undelivered", 0.0) > 0.0 and not self.warned:
             self.warned = True

@@ -1,4 +1,5 @@
 """Movies of picture series: GIF by Pillow, MP4 by the ffmpeg that imageio-ffmpeg brings along."""
+import math
 import os
 from pathlib import Path
 
@@ -6,11 +7,23 @@ import numpy as np
 
 from pysph_boiling.analysis.rendering import needed
 
-__all__ = ["write_movie"]
+__all__ = ["check_movie", "write_movie"]
 
 GIF_WIDTH = 480  # [pixel]; wider pictures are made smaller, since a GIF grows with every pixel
 GIF_SAMPLES = 8  # pictures from which the palette is made
 QUALITY = 18  # constant rate factor of H.264: 0 lossless .. 51
+
+
+def check_movie(kind, fps):
+    """Raise what :func:`write_movie` would, before pictures are drawn; ``kind`` is ``"gif"`` or ``"mp4"``."""
+    if not (math.isfinite(fps) and fps > 0.0):
+        raise ValueError(f"fps must be > 0, got {fps}")
+    needed("PIL.Image")
+    if kind == "mp4":
+        try:
+            needed("imageio_ffmpeg").get_ffmpeg_exe()
+        except RuntimeError as error:
+            raise OSError(f"no ffmpeg to write an mp4: {str(error).splitlines()[0]}; a gif needs none") from None
 
 
 def write_movie(paths, path, fps=15):
@@ -29,8 +42,7 @@ def write_movie(paths, path, fps=15):
         raise ValueError(f"a movie is a .gif or an .mp4; got {path.name!r}")
     if not paths:
         raise ValueError("a movie needs at least one picture")
-    if not fps > 0.0:
-        raise ValueError(f"fps must be > 0, got {fps}")
+    check_movie(path.suffix.lower()[1:], fps)
     open_picture = needed("PIL.Image").open
     sizes = {}
     for picture in paths:

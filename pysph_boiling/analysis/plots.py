@@ -20,7 +20,7 @@ STYLE = {
 }
 
 
-def plot_history(results, path):
+def plot_history(results, path, dim=3):
     """Draw the panels of :data:`PANELS` that ``results`` has columns for; returns their names, in order.
 
     Parameters
@@ -29,6 +29,7 @@ def plot_history(results, path):
         step; ``t`` [s] is required. Counts of events, ``energy_in`` and ``energy_out`` [J] are totals since the start,
         density errors are fractions [-].
     path                The PNG to write.
+    dim : int           2 where energies are in J and masses in kg a metre of depth.
 
     Errors: ``ValueError`` where ``t`` is missing or empty, a column has another length, or no panel has a column.
     """
@@ -46,11 +47,11 @@ def plot_history(results, path):
         raise ValueError(f"no column to plot among {sorted(columns)}")
 
     with rc_context(STYLE):
-        _draw_panels(drawn, t, columns).savefig(path, dpi=DPI)
+        _draw_panels(drawn, t, columns, dim).savefig(path, dpi=DPI)
     return drawn
 
 
-def _draw_panels(names, t, columns):
+def _draw_panels(names, t, columns, dim=3):
     from matplotlib.figure import Figure
 
     across = min(3, len(names))
@@ -61,6 +62,8 @@ def _draw_panels(names, t, columns):
         title, draw, needs = PANELS[name]
         ax.set_title(title)
         draw(ax, t, {column: columns[column] for column in needs if column in columns})
+        if dim == 2:
+            ax.set_ylabel(ax.get_ylabel().replace("[J]", "[J/m]"))
         _finish(ax, t)
     for ax in grid[len(names):]:
         ax.set_axis_off()

@@ -68,6 +68,28 @@ def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
     return sorted(found, key=lambda shape: (-shape.n, shape.label))
 
 
+def largest(fluid, t, dim, rho0, period=(0.0, 0.0, 0.0)):
+    """What :func:`track` has of one moment ``t`` [s], as a dict; empty where a fluid array holds no vapour."""
+    found = shapes(fluid, dim, rho0, period)
+    if not found:
+        return {}
+    one, two = found[0], found[1] if len(found) > 1 else None
+    return {
+        "t": t, "bubbles": sum(shape.n >= PIECE[dim] for shape in found),
+        "whole": sum(shape.n for shape in found if shape.n >= PIECE[dim]), "n": sum(shape.n for shape in found),
+        "volume": sum(shape.volume for shape in found), "n1": one.n, "volume1": one.volume,
+        "x1": one.centroid[0], "height1": one.centroid[dim - 1], "mean_radius1": one.mean_radius,
+        "width1": one.width, "tall1": one.height, "occupied1": one.occupied, "aspect1": one.aspect,
+        "n2": two.n if two else np.nan, "x2": two.centroid[0] if two else np.nan,
+        "height2": two.centroid[dim - 1] if two else np.nan}
+
+
+def history(rows):
+    """Column -> array (rows,) of the ``rows`` of :func:`largest` that hold vapour."""
+    rows = [row for row in rows if row]
+    return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
+
+
 def track(files, dim, rho0, period=(0.0, 0.0, 0.0)):
     """History of the bubbles of a run, one row for each of its particle ``files`` that holds vapour.
 
@@ -78,22 +100,7 @@ def track(files, dim, rho0, period=(0.0, 0.0, 0.0)):
     ``height1``: its centroid [m]; ``mean_radius1``, ``width1``, ``tall1`` [m]; ``occupied1`` [m^dim]; ``aspect1``);
     ``n2``, ``x2`` and ``height2`` of the second largest, NaN where there is none.
     """
-    rows = []
-    for file in files:
-        arrays, t = load_output(file)
-        found = shapes(arrays["fluid"], dim, rho0, period)
-        if not found:
-            continue
-        one, two = found[0], found[1] if len(found) > 1 else None
-        rows.append({
-            "t": t, "bubbles": sum(shape.n >= PIECE[dim] for shape in found),
-            "whole": sum(shape.n for shape in found if shape.n >= PIECE[dim]), "n": sum(shape.n for shape in found),
-            "volume": sum(shape.volume for shape in found), "n1": one.n, "volume1": one.volume,
-            "x1": one.centroid[0], "height1": one.centroid[dim - 1], "mean_radius1": one.mean_radius,
-            "width1": one.width, "tall1": one.height, "occupied1": one.occupied, "aspect1": one.aspect,
-            "n2": two.n if two else np.nan, "x2": two.centroid[0] if two else np.nan,
-            "height2": two.centroid[dim - 1] if two else np.nan})
-    return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
+    return history(largest(arrays["fluid"], t, dim, rho0, period) for arrays, t in map(load_output, files))
 
 
 def rise_speed(t, height, low, high):

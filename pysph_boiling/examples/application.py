@@ -32,6 +32,7 @@ from pysph_boiling import inherited
 from pysph_boiling.analysis.files import Manifest, last_output, output_files, run_record, step_of
 from pysph_boiling.analysis.ledger import Ledger, write_json
 from pysph_boiling.checks import CheckFailed, NotChecked, require
+from pysph_boiling.device import on_host
 from pysph_boiling.resume import Resumed, settings, with_units
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
@@ -68,7 +69,7 @@ def upright_box(p, width, height):
 
 
 class Stopped(KeyboardInterrupt):
-    """Ctrl-C, between two steps."""
+    """Ctrl-C, between two steps; the message says where, and that the state is written."""
 
 
 class Interrupt(Tool):
@@ -175,6 +176,21 @@ class SceneApplication(Application):
             if slot not in self.scheme.effects:
                 raise NotChecked(f"it is about '{slot}', which this run leaves out")
 
+    def measure(self, arrays, t):
+        """What :meth:`check_final` needs of an output at the time ``t`` [s]; ``arrays``: name -> particle array."""
+        return None
+
+    def measured(self):
+        """What :meth:`measure` gave at each output, in order of time; from memory where no files are written."""
+        from pysph_boiling.analysis.rendering import load_output
+
+        if not self.options.disable_output:
+            return [self.measure(*moment) for moment in map(load_output, self.output_files)]
+        if self.num_procs > 1:
+            raise NotChecked("it needs the particles of all ranks, and no file was written")
+        earlier = map(load_output, self.output_files) if self.resumed else ()
+        return [*(self.measure(arrays, t) for arrays, t in earlier if t < min(self.noted)), *self.noted.values()]
+
     def check_ledger(self):
         """Check that every number of the results is finite, that no particle is lost, and that energy and mass close.
 
@@ -196,7 +212,7 @@ class SceneApplication(Application):
         folder = Path(self.output_dir)
         made = []
         if len(self.ledger.rows):
-            plot_history(self.ledger.table(), folder / "history.png")
+            plot_history(self.ledger.table(), folder / "history.png", self.scheme.dim)
             made.append(folder / "history.png")
         frames = [] if self.options.disable_output else render_run(folder)
         if frames:
@@ -237,6 +253,7 @@ class SceneApplication(Application):
         self.parameters = self.Parameters()
         self.cache_nnps = True
         self.ledger = None
+        self.noted = {}  # t [s] -> what is measured there, where no files are written
         self.prepared = None
         self.resumed = None
         self.changes = []  # of parameters, where a run went on with others: dicts with t, parameter, before, after
@@ -468,6 +485,9 @@ class SceneApplication(Application):
 
     def save(self, completed=False):
         """Write the results so far: before each particle file, so that a run can go on from any of these."""
+        if self.options.disable_output and self.num_procs == 1:
+            with on_host(self.particles):
+                self.noted[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
         record = self.run_record(completed)
         if ranks.rank() == 0 and not self.options.disable_output:
             self.manifest.claim(f"{self.fname}_{self.solver.count:05d}.hdf5")
@@ -497,22 +517,22 @@ class SceneApplication(Application):
         try:
             with self.progress.bar, self.interrupt:
                 self.solve()
-            completed = True
         except Stopped:
-            console.print(f"stopped at t = {self.solver.t:.4g} s; what is there is written: --resume goes on from it")
+            self.ledger.finish()
             self.solver.dump_output()
-            completed = False
+            written = "" if self.options.disable_output else "; what is there is written: --resume goes on from it"
+            raise Stopped(f"stopped at t = {self.solver.t:.4g} s{written}") from None
         except FloatingPointError:
-            self.save(completed=False)
+            self.save()
             raise
-        self.save(completed=completed)
-        if completed:
-            first = ranks.rank() == 0
-            if ranks.size() > 1:
-                collect(self.particles)
-                ranks.leave()
-            if first:
-                self.finish(console)
+        self.ledger.finish()
+        self.save(completed=True)
+        first = ranks.rank() == 0
+        if ranks.size() > 1:
+            collect(self.particles)
+            ranks.leave()
+        if first:
+            self.finish(console)
 
     def finish(self, console):
         """The final check, a word on what was made and where, and pictures; raises :class:`CheckFailed` after them."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pysph_boiling.analysis.shapes import track
-from pysph_boiling.checks import NotChecked, require
+from pysph_boiling.analysis.shapes import history, largest
+from pysph_boiling.checks import require
 from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block
@@ -126,14 +126,16 @@ class BubbleRise(SceneApplication):
             fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
             fluid.bubble[inside] = fluid.uid[inside].min()
 
+    def measure(self, arrays, t):
+        return largest(arrays["fluid"], t, self.parameters.dim, WATER_1ATM.rho_l) if "bubbles" in self.scheme.effects \
+            else {}
+
     def history(self):
-        """What became of the bubbles (:func:`~pysph_boiling.analysis.shapes.track`), from the particle files."""
-        return track(self.output_files, self.parameters.dim, WATER_1ATM.rho_l)
+        """What became of the bubbles: column -> array (outputs,), as :func:`~pysph_boiling.analysis.shapes.track`."""
+        return history(self.measured())
 
     def check_final(self):
         self.check_needs("bubbles")
-        if not self.output_files:
-            raise NotChecked("it reads the particle files, and none was written")
         self.check_bubbles(self.history())
 
     def check_bubbles(self, history):

@@ -60,13 +60,15 @@ class DamBreak(SceneApplication):
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
         return [fluid_block(lower, corner, **common), box_vessel(lower, upper, kernel=scheme.kernel, **common)]
 
+    def measure(self, arrays, t):
+        return t, float(np.max(arrays["fluid"].x))
+
     def front(self):
         """Time t sqrt(g/H) [-] and front X/a [-] of each output, and the range (low, high) of the experiments."""
         from pysph.examples.db_exp_data import get_koshizuka_oka_data, get_martin_moyce_1, get_martin_moyce_2
-        from pysph.solver.utils import iter_output
 
         p = self.parameters
-        rows = np.array([(data["t"], np.max(fluid.x)) for data, fluid in iter_output(self.output_files, "fluid")])
+        rows = np.array(self.measured())
         t = rows[:, 0] * math.sqrt(9.81 / (2.0 * p.width))
         measured = np.array([  # each against t sqrt(2 g/a) = 2 t sqrt(g/H), known only as far as it was measured
             np.interp(2.0 * t, *data(), left=np.nan, right=np.nan)

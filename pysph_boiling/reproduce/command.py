@@ -37,7 +37,8 @@ def reproduce(arguments):
     from rich.console import Console
 
     known = figures()
-    parser = argparse.ArgumentParser(prog="pysph-boiling reproduce", description=__doc__)
+    parser = argparse.ArgumentParser(prog="pysph-boiling reproduce", description=(
+        "Run and draw figures and tables of the paper, and hold each against what the paper states."))
     parser.add_argument("figure", nargs="*", metavar="FIGURE",
                         help=f"which ones, all if none is named: {', '.join(known)}")
     parser.add_argument("--quick", action="store_true", help="small scenes, minutes instead of hours")

@@ -7,7 +7,7 @@ from pysph.base.kernels import CubicSpline
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
-from pysph_boiling.names import unknown, whole_number
+from pysph_boiling.names import SchemeError, unknown, whole_number
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
     PYSPH_PROPERTIES,
@@ -126,8 +126,9 @@ class PBFScheme(Scheme):
             for needed in effect.requires:
                 if needed not in self.effects:
                     cls = EFFECTS[needed][0].__name__
-                    raise ValueError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}': pass "
-                                     f"{needed}={cls}(...) to the scheme, or leave '{slot}' out")
+                    raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",
+                                      f"pass {needed}={cls}(...) to the scheme, or leave '{slot}' out",
+                                      f"add --{needed}, or take '{slot}' out with --no-{slot}")
         return Scene(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,

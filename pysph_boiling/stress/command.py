@@ -194,7 +194,8 @@ def stress(arguments):
     from rich.console import Console
     from rich.table import Table
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=__doc__)
+    parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=(
+        "Run hard cases and judge by fixed bounds whether they stay stable."))
     parser.add_argument("case", nargs="*", metavar="CASE", help="which ones, by name or pattern; all if none is named")
     parser.add_argument("--quick", action="store_true", help="short forms of the cheap cases")
     parser.add_argument("--jobs", type=int, default=1, help="cases side by side; default 1")

@@ -31,6 +31,16 @@ def test_the_scene_shows_its_event(ran):
         assert history["bubbles"][0] == 1 and event.smaller >= 4 and 0.9 <= event.ratio <= 1.1
 
 
+def test_what_is_measured_in_the_run_is_what_the_files_hold(ran):
+    """Where no files are written the check takes the one for the other."""
+    _, app, history = ran
+    now = app.measure({pa.name: pa for pa in app.particles}, app.solver.t)
+    last = {name: values[-1] for name, values in history.items()} if now else {}
+    assert now.keys() == last.keys()
+    for name, value in now.items():
+        np.testing.assert_equal(float(value), last[name], err_msg=name)
+
+
 def test_energy_and_mass_close_and_vapour_is_accounted_for(ran):
     _, app, history = ran
     results, last = app.ledger.table(), app.ledger.rows[-1]

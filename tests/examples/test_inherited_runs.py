@@ -84,3 +84,22 @@ def test_log_and_profile_are_printed(tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "Started as" in err and "Profiling info" in out and "Integrator" in out
     assert (tmp_path / "profile_info.csv").exists()
+
+
+def test_checks_work_from_memory_where_nothing_is_written(tmp_path):
+    """The front of a dam break at each output, as it reads from the files of a run that writes them."""
+    own = ["--tf", "0.3", "--frame", "0.05"]
+    written, _ = run("dam_break", tmp_path / "written", "--max-steps", "1000000", *own)
+    silent, _ = run("dam_break", tmp_path / "silent", "--max-steps", "1000000", "--disable-output", *own)
+    assert not output_files(tmp_path / "silent") and not (tmp_path / "silent" / "results.npz").exists()
+    front = np.array(silent.measured())
+    assert front.shape == (7, 2) and front[-1, 1] > 1.5 * front[0, 1]
+    np.testing.assert_array_equal(front, np.array(written.measured()))
+
+
+@pytest.mark.parametrize("every", ["3", "1000"])
+def test_last_row_of_the_results_is_the_last_step(every, tmp_path):
+    application, _ = run("heated_slab", tmp_path, "--results-every", every)
+    t = load_results(tmp_path)["t"]
+    assert t[-1] == application.solver.t == 20.0 and len(t) == 20 // int(every) + 1
+    assert application.solver.count == 20, "a row of every third step would not be the last one"

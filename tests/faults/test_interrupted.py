@@ -104,9 +104,10 @@ def test_run_killed_at_random_goes_on_as_if_it_had_not_been(whole, tmp_path):
 def stop(run):
     """Ctrl-C; what the run says."""
     run.send_signal(signal.SIGINT)
-    said, complaint = run.communicate(timeout=120)
+    complaint = run.communicate(timeout=120)[1]
     assert "Traceback" not in complaint and "ignored" not in complaint, complaint
-    return " ".join(said.split())
+    assert run.returncode == 130, "the exit status says that it was interrupted"
+    return " ".join(complaint.split())
 
 
 def test_ctrl_c_ends_between_two_steps_and_the_run_goes_on(whole, tmp_path):

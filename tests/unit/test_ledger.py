@@ -1,4 +1,6 @@
 """The ledger's arithmetic, its refusal of what it cannot account for, and the files it writes. Nothing is compiled."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from sets import scheme
@@ -68,6 +70,33 @@ def test_rows_every_n_steps_and_refused_zero(slab):
     heat, _, _ = slab
     with pytest.raises(ValueError, match="every must be a whole number >= 1 step, got 0"):
         Ledger(heat, every=0)
+
+
+def test_last_row_is_the_last_step_and_goes_when_the_run_goes_on(slab):
+    """Rows of every third step, of a run that ends after seven and goes on to nine: as one of nine, but for its end."""
+    heat, _, _ = slab
+    solver = SimpleNamespace(t=0.0, dt=0.5, count=0)
+
+    def steps(ledger, n):
+        for _ in range(n):
+            ledger.pre_step(solver)
+            ledger.post_step(solver)
+            solver.t, solver.count = solver.t + solver.dt, solver.count + 1
+
+    first = Ledger(heat, every=3)
+    first.begin(heat.arrays)
+    first.finish()
+    assert len(first.rows) == 0, "no step, no row"
+    steps(first, 7)
+    first.finish()
+    first.finish()
+    np.testing.assert_allclose(first.table()["t"], [1.5, 3.0, 3.5])
+    again = Ledger(heat, every=3)
+    again.begin(heat.arrays)
+    again.resume(first.table(), solver.t)
+    steps(again, 2)
+    again.finish()
+    np.testing.assert_allclose(again.table()["t"], [1.5, 3.0, 4.5])
 
 
 def test_results_are_written_whole_or_not_at_all(tmp_path, monkeypatch):

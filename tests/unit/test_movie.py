@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pysph_boiling import cli
 from pysph_boiling.analysis.movie import GIF_WIDTH, write_movie
 
 
@@ -98,3 +99,18 @@ def test_a_movie_that_fails_leaves_the_earlier_one(pictures, tmp_path, suffix):
         write_movie(pictures, path)
     assert path.read_bytes() == before
     assert {p.name for p in tmp_path.iterdir()} == {path.name, *(p.name for p in pictures)}
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--movie", "mp4"], "no ffmpeg to write an mp4: No ffmpeg exe could be found; a gif needs none"),
+    (["--movie", "gif", "--fps", "0"], "fps must be > 0, got 0.0"),
+    (["--movie", "gif", "--fps", "nan"], "fps must be > 0, got nan"),
+])
+def test_what_a_movie_needs_is_asked_for_before_pictures_are_drawn(tmp_path, monkeypatch, capsys, arguments, message):
+    def none():
+        raise RuntimeError("No ffmpeg exe could be found\n and more")
+
+    monkeypatch.setattr("imageio_ffmpeg.get_ffmpeg_exe", none)
+    monkeypatch.setattr("pysph_boiling.analysis.rendering.render_run", lambda *_, **__: pytest.fail("drawn"))
+    assert cli.main(["render", str(tmp_path), *arguments]) == 2
+    assert capsys.readouterr().err == f"pysph-boiling: {message}\n"

@@ -169,5 +169,5 @@ def test_unknown_case_and_missing_checkout_are_told(checkout, tmp_path, monkeypa
     with pytest.raises(ValueError, match="no case 'nonsense'; there are: made_up"):
         validation.validate(["nonsense"])
     monkeypatch.setattr(validation, "FOLDER", tmp_path / "elsewhere")
-    with pytest.raises(ValueError, match="works in a checkout"):
+    with pytest.raises(ValueError, match="needs a checkout of the repository"):
         validation.validate([])

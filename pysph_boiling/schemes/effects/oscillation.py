@@ -7,6 +7,7 @@ import numpy as np
 
 from pysph_boiling.device import largest, real, summed, values
 from pysph_boiling.equations import oscillation
+from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
@@ -147,8 +148,9 @@ class Oscillation(Effect):
                 raise ValueError("oscillation.form = 'rayleigh_plesset' needs a scene in 3-D: the equation is that of "
                                  "a sphere")
             if "expansion" not in scene.effects:
-                raise ValueError("oscillation.form = 'rayleigh_plesset' needs the effect 'expansion': pass "
-                                 "expansion=Expansion(...) to the scheme, or choose another form")
+                raise SchemeError("oscillation.form = 'rayleigh_plesset' needs the effect 'expansion'",
+                                  "pass expansion=Expansion(...) to the scheme, or choose another form",
+                                  "add --expansion, or choose another form")
 
     def warnings(self, scene, dt):
         if self.form == "hysteresis":

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from pysph_boiling.device import counted, values
 from pysph_boiling.equations import nucleation, phase_change
+from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
@@ -117,8 +118,9 @@ class PresetNucleation(Effect):
 
     def check(self, scene, arrays):
         if not scene.sites:
-            raise ValueError("nucleation: preset sites need a particle array of sites: pass sites=['sites'] to the "
-                             "scheme and create that array (particles.site_array)")
+            raise SchemeError("nucleation: preset sites need a particle array of sites",
+                              "pass sites=['sites'] to the scheme and create that array (particles.site_array)",
+                              "this scene has none, so take 'nucleation' out with --no-nucleation")
         if len(scene.sites) > 1:
             raise ValueError(f"nucleation: put all preset sites into one array, got {scene.sites}: the pull is towards "
                              "the nearest site of an array")

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import site_storage
+from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property, host
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, total
 from pysph_boiling.schemes.stages import Term
@@ -86,8 +87,9 @@ class SiteStorage(Effect):
 
     def check(self, scene, arrays):
         if scene.effects["phases"].kinetic != "never":
-            raise ValueError("storage: latent heat is stored in the sites, so liquid must not store it: pass "
-                             "phases=PhaseChange(kinetic='never')")
+            raise SchemeError("storage: latent heat is stored in the sites, so liquid must not store it",
+                              "pass phases=PhaseChange(kinetic='never')",
+                              "give --phases.kinetic never, as --mode li_xiao does")
         if len(scene.fluids) > 1:
             raise ValueError(f"storage: sites choose among the particles of one fluid array, got {scene.fluids}")
         for name in scene.sites:

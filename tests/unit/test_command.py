@@ -1,0 +1,57 @@
+"""What the command line says: whole sentences, plain words, and one line where a run is interrupted."""
+import importlib
+import inspect
+
+import pytest
+
+from pysph_boiling import cli, validation
+from pysph_boiling.examples.application import Stopped
+
+
+def test_list_has_whole_sentences(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    assert cli.main(["list"]) == 0
+    lines = [line.split("│") for line in capsys.readouterr().out.splitlines() if "│" in line]
+    assert set(cli.scenes()) <= {name.strip() for _, name, *_ in lines}
+    shown = " ".join(text.strip() for _, _, text, *_ in lines)
+    for name in cli.scenes():
+        page = inspect.getdoc(importlib.import_module(f"pysph_boiling.examples.{name}"))
+        sentence = " ".join(page.split("\n\n")[0].split())
+        assert sentence.endswith(".") and sentence in shown
+
+
+@pytest.mark.parametrize("command", ["reproduce", "accuracy", "stress", "validate", "render"])
+def test_help_is_for_readers_and_not_for_documentation_tools(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main([command, "--help"])
+    out = capsys.readouterr().out
+    assert ended.value.code == 0 and f"usage: pysph-boiling {command}" in out
+    assert "``" not in out and ":class:" not in out and ":func:" not in out
+
+
+@pytest.mark.parametrize(("error", "said"), [
+    (KeyboardInterrupt(), "pysph-boiling: interrupted\n"),
+    (Stopped("stopped at t = 0.2 s; what is there is written"),
+     "pysph-boiling: stopped at t = 0.2 s; what is there is written\n"),
+])
+@pytest.mark.parametrize(("where", "command"), [
+    ("pysph_boiling.examples.heated_slab.HeatedSlab.make_particles", "run heated_slab -q"),
+    ("pysph_boiling.schemes.solver.build_side_by_side", "run heated_slab -q"),
+    ("pysph_boiling.analysis.rendering.render_run", "render ."),
+], ids=["start", "compiling", "drawing"])
+def test_ctrl_c_is_one_line_and_a_status(tmp_path, monkeypatch, capsys, where, command, error, said):
+    def interrupt(*_, **__):
+        raise error
+
+    monkeypatch.setattr(where, interrupt)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(command.split()) == 130 and capsys.readouterr().err == said
+
+
+def test_validate_says_at_once_that_it_needs_a_checkout(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(validation, "FOLDER", tmp_path / "site-packages" / "tests" / "validation")
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["validate"]) == 2
+    err = capsys.readouterr().err
+    assert "validate needs a checkout of the repository" in err and "clone the repository and run it there" in err
+    assert not list(tmp_path.iterdir())
