@@ -87,12 +87,12 @@ def test_record_tells_which_parameters_an_option_has_replaced(name, options, par
 
 
 @pytest.mark.parametrize(("name", "options", "said"), [
-    ("steady_boiling", ["--heater.temperature", "140"], "heater.temperature must be >= 273.15 K"),
+    ("steady_boiling", ["--heater.temperature", "140"], "--heater.temperature must be >= 273.15 K"),
     ("heated_slab", ["--T-1", "80"], "--T-1 must be >= 273.15 K"),
     ("heated_slab", ["--T-0", "20"], "--T-0 must be >= 273.15 K"),
-    ("superheat_sites", ["--loss.T-ambient", "25"], "loss.T_ambient must be >= 273.15 K"),
-    ("steady_boiling", ["--venting.T-feed", "95"], "venting.T_feed must be >= 273.15 K"),
-    ("heated_slab", ["--heater.temperature", "273"], "heater.temperature must be >= 273.15 K"),
+    ("superheat_sites", ["--loss.T-ambient", "25"], "--loss.T-ambient must be >= 273.15 K"),
+    ("steady_boiling", ["--venting.T-feed", "95"], "--venting.T-feed must be >= 273.15 K"),
+    ("heated_slab", ["--heater.temperature", "273"], "--heater.temperature must be >= 273.15 K"),
 ])
 def test_celsius_for_kelvin_is_refused(name, options, said, tmp_path, capsys):
     assert main(["run", name, *SMALL[name], *options, "-d", str(tmp_path / "out")]) == 2
