@@ -44,11 +44,12 @@ def openmp_arguments(arguments, ranks=1):
     return ["--openmp"] if useful and not chosen else []
 
 
-def list_scenes():
+def list_scenes(arguments):
     """Print every scene with the first paragraph of its module."""
     from rich.console import Console
     from rich.table import Table
 
+    argparse.ArgumentParser(prog="pysph-boiling list", description="The scenes.").parse_args(arguments)
     table = Table("scene", "what it shows")
     for name in scenes():
         module = importlib.import_module(f"pysph_boiling.examples.{name}")
@@ -161,7 +162,7 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": lambda _: list_scenes(), "run": run, "render": render, "reproduce": reproduce,
+    commands = {"list": list_scenes, "run": run, "render": render, "reproduce": reproduce,
                 "accuracy": accuracy, "validate": validate, "stress": stress}
     if command == "--version":
         from pysph_boiling import __version__

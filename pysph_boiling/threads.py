@@ -5,8 +5,9 @@ regions take (a fifth of a step at 5,000 particles on two threads); threads that
 whatever else runs, so that two runs side by side collapse (8 times the time). A thousand spins cost a tenth there.
 """
 import os
+import signal
 
-__all__ = ["WAITING", "variables", "wait_briefly"]
+__all__ = ["WAITING", "end_on_interrupt", "variables", "wait_briefly"]
 
 WAITING = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "1000"}
 
@@ -15,6 +16,11 @@ def wait_briefly():
     """Set it for this process, before any OpenMP library is loaded; a policy that the user has set stays."""
     if "OMP_WAIT_POLICY" not in os.environ:
         os.environ.update(WAITING)
+
+
+def end_on_interrupt():
+    """Let Ctrl-C end this process at once and without a word: one that works for another, which says what happens."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def variables(threads):

@@ -28,6 +28,7 @@ from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.checks import CheckFailed
 from pysph_boiling.examples.application import processor
 from pysph_boiling.names import unknown, whole_number
+from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
 
@@ -262,7 +263,8 @@ def validate(arguments):
     names = list(dict.fromkeys(options.case or known))
     asked = [(known[name], options.quick, root / "images" / f"validation_{name}.png") for name in names]
     records = {} if options.quick else stored(root / "validation.json")
-    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn"),
+                             initializer=end_on_interrupt) as pool:
         for name, (own, seconds) in zip(names, (pool.map if options.jobs > 1 else map)(timed, *zip(*asked))):
             records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
             write_json(root / "validation.json", {case: {**one, "rows": [asdict(row) for row in one["rows"]]}

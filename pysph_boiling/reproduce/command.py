@@ -12,6 +12,7 @@ from pysph_boiling.reproduce.figure import Section, figures
 from pysph_boiling.reproduce.page import origin, write_page
 from pysph_boiling.reproduce.report import take_up, write_report
 from pysph_boiling.reproduce.runs import perform
+from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["reproduce"]
 
@@ -69,7 +70,8 @@ def reproduce(arguments):
         take_up(options.report, root)
     results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
     first = [key for key, figure in asked.items() if not figure.reads_others]
-    with ProcessPoolExecutor(options.jobs or os.cpu_count(), mp_context=get_context("fork")) as pool:
+    with ProcessPoolExecutor(options.jobs or os.cpu_count(), mp_context=get_context("fork"),
+                             initializer=end_on_interrupt) as pool:
         for line in pool.map(partial(make, results=results, root=root, quick=options.quick), first):
             console.print(line)
     for key in asked.keys() - set(first):

@@ -77,6 +77,8 @@ class PBFScheme(Scheme):
             raise ValueError(f"gravity must be three finite accelerations [m/s^2], got {gravity}")
         self.spacing, self.rho0, self.hdx, self.gravity = float(spacing), float(rho0), float(hdx), gravity
         self.kernel = kernel if kernel is not None else CubicSpline(dim=dim)
+        if self.kernel.dim != dim:
+            raise ValueError(f"the kernel must be one of {dim} dimensions, as the scheme; got {self.kernel.dim}")
         self.sites = list(sites)
         self.effects = {}
         self.set_quality(quality)

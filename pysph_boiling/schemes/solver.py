@@ -12,7 +12,6 @@ import os
 import platform
 import re
 import shlex
-import signal
 import subprocess
 import sysconfig
 import time
@@ -32,6 +31,7 @@ from pysph_boiling.analysis.files import whole
 from pysph_boiling.device import on_host, order_fluids, send
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
+from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
 
@@ -165,7 +165,7 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="s
 
 def build(helper, source):
     """Compile one module in a process of its own, which Ctrl-C ends without a word."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    end_on_interrupt()
     VectorModule.announces = False
     helper.compile(source)
 

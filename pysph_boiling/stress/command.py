@@ -16,6 +16,7 @@ from pysph_boiling.names import unknown
 from pysph_boiling.stress.case import simulate
 from pysph_boiling.stress.cases import all_cases
 from pysph_boiling.stress.judge import judge, load_bounds
+from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["Result", "measure", "page", "stress"]
 
@@ -90,6 +91,7 @@ def safeguards(run):
 
 def perform(name, steps, bounds, pipe):
     """Run one case in a process of its own and send its row."""
+    end_on_interrupt()
     try:
         import resource
 
@@ -107,24 +109,29 @@ def run_all(asked, bounds, jobs, report):
     """
     context = multiprocessing.get_context("spawn")
     rows, waiting, running = {}, list(asked), {}
-    while waiting or running:
-        while waiting and len(running) < jobs:
-            case, steps = waiting.pop(0)
-            here, there = context.Pipe(duplex=False)
-            process = context.Process(target=perform, args=(case.name, steps, bounds, there))
-            process.start()
-            there.close()
-            running[here] = case, process
-        for pipe in wait(list(running)):
-            case, process = running.pop(pipe)
-            try:
-                row = pipe.recv()
-            except EOFError:
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                case, steps = waiting.pop(0)
+                here, there = context.Pipe(duplex=False)
+                process = context.Process(target=perform, args=(case.name, steps, bounds, there))
+                process.start()
+                there.close()
+                running[here] = case, process
+            for pipe in wait(list(running)):
+                case, process = running.pop(pipe)
+                try:
+                    row = pipe.recv()
+                except EOFError:
+                    process.join()
+                    row = Result(case.name, case.hard, verdict="fails",
+                                 reasons=[f"the process died ({process.exitcode})"])
                 process.join()
-                row = Result(case.name, case.hard, verdict="fails", reasons=[f"the process died ({process.exitcode})"])
-            process.join()
-            rows[case.name] = row
-            report(row)
+                rows[case.name] = row
+                report(row)
+    finally:
+        for _, process in running.values():
+            process.terminate()
     return [rows[case.name] for case, _ in asked]
 
 

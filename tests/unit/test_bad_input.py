@@ -10,6 +10,7 @@ from pysph.base.kernels import CubicSpline, WendlandQuintic
 from pysph_boiling import cli
 from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.examples.application import SceneParameters
+from pysph_boiling.examples.dam_break import DamBreakParameters
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, lattice_density, site_array
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -34,6 +35,7 @@ COMMANDS = [
     ("run dam_break --substeps 0", "--substeps must be >= 1, got 0"),
     ("run dam_break --substeps 3.5", "argument --substeps: invalid int value: '3.5'"),
     ("run superheat_sites --mode li_xiao --storage.n-emit 7.5", "argument --storage.n-emit: invalid int value: '7.5'"),
+    ("list scenes", "unrecognized arguments: scenes"),
     ("run dam_brek", "no scene 'dam_brek'; did you mean 'dam_break'? There are: bubble_"),
     ("rnu dam_break", "no command 'rnu'; did you mean 'run'?"),
     ("validate --jobs 0", "--jobs must be a whole number >= 1, got 0"),
@@ -316,6 +318,9 @@ def test_temperature_is_refused(T):
      "no quality 'standart'; did you mean 'standard'"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, viscos=None),
      "no effect in BoilingScheme: 'viscos'; did you mean 'viscosity'"),
+    (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, kernel=CubicSpline(dim=3)),
+     "the kernel must be one of 2 dimensions, as the scheme; got 3"),
+    (lambda: DamBreakParameters(dim=2.0), "scene.dim must be one of 2, 3; got 2.0"),
     (lambda: Buoyancy(form="papper"), "buoyancy.form must be one of .*; got 'papper'; did you mean 'paper'"),
     (lambda: Venting().replaced(mod="lid"), "has no parameter mod; did you mean 'mode'"),
     (lambda: effects_in_mode("dinamic", {}), "no mode 'dinamic'; did you mean 'dynamic'"),

@@ -16,7 +16,7 @@ def asked_anew():
 
 @pytest.mark.parametrize("openmp", [False, True])
 def test_modules_are_compiled_with_them_on_one_core_too(monkeypatch, openmp):
-    """--no-openmp was compiled with Python's own flags: twice as long, and sums that no vector unit adds up."""
+    """--no-openmp was compiled with Python's own flags alone."""
     monkeypatch.setattr(get_config(), "use_openmp", openmp)
     flags = solver.vector_flags()
     assert flags[:len(solver.REORDER)] == solver.REORDER  # gcc and clang both know them

@@ -129,7 +129,7 @@ def check_parameters(instance, label):
             continue
         name, unit = f"{label}.{spec.name}", "" if meta["unit"] == "-" else f" {meta['unit']}"
         if meta["choices"]:
-            if value not in meta["choices"]:
+            if value not in meta["choices"] or not isinstance(value, spec.type):
                 raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}"
                                  f"{nearest(value, meta['choices'])}")
             continue
