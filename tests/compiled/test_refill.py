@@ -10,6 +10,7 @@ from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.effects import BoxContainer, HeatConduction, Heater, Refill
+from pysph_boiling.schemes.effects.refill import RefillTool
 
 DX, WIDTH, FILL, T_SAT = 0.004, 20, 10, 373.15  # m, in spacings, K
 
@@ -76,6 +77,22 @@ def test_full_container_makes_the_inflow_wait():
     assert row["n_refilled"] < 0.6 * wanted
     assert p.fluid.refill_due[0] == pytest.approx((wanted - row["n_refilled"]) * p.scheme.scene().particle_mass)
     assert p.fluid.y.max() <= 1.1 * FILL * DX and abs(row["mass_residual"]) <= 1e-14
+
+
+def test_place_of_what_comes_in_knows_the_period():
+    """A wall of water at the border of a domain: what comes in next to it, on either side, stands on top."""
+    scheme = sets.scheme("open", dim=2, spacing=DX, changes=dict(
+        container=BoxContainer(lower=(-WIDTH * DX, 0.0, 0.0), upper=(2 * WIDTH * DX, 1.0, 0.0)),
+        refill=Refill(rate=1.0)))
+    size = (WIDTH * DX, FILL * DX, 0.0)
+    fluid = fluid_block((size[0] - DX, 0.0, 0.0), size, spacing=DX, dim=2, rho0=scheme.rho0)
+    fluid.add_property("phase", type="int")
+    scheme.period[0] = WIDTH * DX
+    tool = RefillTool(scheme.effects["refill"], scheme)
+    tool.columns = lambda random: (np.array([x * DX, 0.0, 0.0]) for x in (beside,))
+    for beside, high in ((-0.3, True), (0.2, True), (19.5, True), (39.4, True), (2.0, False), (17.0, False)):
+        (place,) = tool.places([fluid], 1, None)
+        assert (place[1] > FILL * DX) == high, beside
 
 
 @pytest.mark.many_steps

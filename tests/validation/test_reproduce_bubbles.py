@@ -47,6 +47,18 @@ def test_shape_of_an_ellipse(dim, semi, volume):
     assert one.occupied == pytest.approx(volume, rel=4e-2)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_shape_does_not_know_where_a_periodic_domain_ends(axis):
+    period = 10.0 * np.eye(3)[axis]
+    whole = ellipse(2, (2.0, 1.5), (5.0, 5.0, 0.0))
+    split = np.where(period > 0.0, (whole + 0.5 * period) % np.where(period > 0.0, period, 1.0), whole)
+    assert np.ptp(split[:, axis]) > 9.0
+    (want,), (got,) = shapes(fluid(whole, dim=2), 2, RHO), shapes(fluid(split, dim=2), 2, RHO, period)
+    assert (got.width, got.height, got.mean_radius, got.occupied) == pytest.approx(
+        (want.width, want.height, want.mean_radius, want.occupied), rel=1e-12)
+    assert (got.centroid[axis] + 5.0) % 10.0 == pytest.approx(5.0, abs=1e-9)
+
+
 def test_mean_radius_of_a_sphere_is_three_quarters_of_its_radius():
     (one,) = shapes(fluid(ellipse(3, (2.0, 2.0, 2.0)), dim=3), 3, RHO)
     assert one.mean_radius == pytest.approx(1.5, rel=1e-2)

@@ -137,8 +137,8 @@ class Oscillation(Effect):
         return (*counts,
                 Column("work_oscillation", "J", "kinetic energy given by the pushes since the start",
                        lambda arrays, scene: constant(arrays, "work_oscillation")),
-                Column("bubble_distance_mean", "m", "mean over the bubbles of the mean distance of their particles from "
-                       "the centroid (the paper, eq. 24); 0 without bubbles", distance))
+                Column("bubble_distance_mean", "m", "mean over the bubbles of the mean distance of their particles "
+                       "from the centroid (the paper, eq. 24); 0 without bubbles", distance))
 
     def check(self, scene, arrays):
         if self.form != "rayleigh_plesset" and math.isinf(self.resolved_period(scene)):
