@@ -26,10 +26,10 @@ def bursting(v_exp, top):
 @pytest.mark.slow
 @pytest.mark.parametrize("v_exp", [3.15, 2.5])
 def test_pool_of_vapour_that_swells_far_stays_calm(v_exp):
-    """At 4 it reached a thousand m/s; 3.15 has 1.14 m/s at most in 2 s, of the 1.48 allowed."""
+    """At 4 it reached a thousand m/s; 3.15 has .5 to 1.14 m/s at most in 1 to 2 s, of the 1.48 allowed."""
     stepper, fluid, most = bursting(v_exp, 1.5)
     fastest = 0.0
-    for _ in range(int(2.0 / stepper.dt)):
+    for _ in range(int(1.0 / stepper.dt)):
         stepper.step()
         fastest = max(fastest, float(np.max(np.hypot(fluid.u, fluid.v))))
     assert np.count_nonzero(fluid.swell > 0.9 * v_exp) >= 20
