@@ -1,10 +1,12 @@
 """Expansion: vapour fills more volume than the liquid it came from."""
+import warnings
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.device import summed, values
+from pysph_boiling.device import Subset, summed, values
 from pysph_boiling.equations import expansion
 from pysph_boiling.particles import Property
 from pysph_boiling.schemes import ranks
@@ -23,7 +25,7 @@ class Expansion(Effect):
 
     Limits: a particle that is swollen so far that it reads more than rest density from itself alone is compressed by
     what no motion removes; the density constraint refuses that (from 3.17 in 2-D and 5.4 in 3-D, at the default kernel
-    and smoothing length). A run ends with an error where vapour has filled its container: it has nowhere to go.
+    and smoothing length). Where vapour has filled its container it swells no further (:class:`Room`).
     """
 
     slot: ClassVar[str] = "expansion"
@@ -81,21 +83,33 @@ def rest_volume(arrays, scene):
 
 
 class Room(Tool):
-    """Ends a run in which liquid and vapour have come to fill more than their container: no motion makes room then."""
+    """Holds vapour to what its container has room for, and warns once: no motion makes room where there is none.
 
-    EVERY = 10  # steps between two looks; vapour takes over a hundred to swell
-    FULL = 1.03  # of the container's volume: 2-D boils were calm up to here, and came apart from 1.04 to 1.13
+    Boils in a closed box are calm up to 1.03 of its volume, and come apart from 1.04 to 1.13 on.
+    """
+
+    EVERY = 5  # steps between two looks, in which vapour swells by 4 % of v_exp - 1
 
     def __init__(self, scheme):
-        self.scheme = scheme
+        self.scheme, self.warned = scheme, False
 
     def post_step(self, solver):
         if solver.count % self.EVERY:
             return
-        scene = self.scheme.scene()
-        volume, room = rest_volume(self.scheme.arrays, scene), scene.effects["container"].volume(scene)
-        if volume > self.FULL * room:
-            raise ValueError(
-                f"at t = {solver.t + solver.dt:.4g} s liquid and swollen vapour need {volume:.4g} m^{scene.dim}, but "
-                f"the container holds {room:.4g}: vapour has nowhere to go; fill it less, let it vent, or lower "
-                "expansion.v_exp")
+        arrays, scene = self.scheme.arrays, self.scheme.scene()
+        room = scene.effects["container"].volume(scene)
+        over = rest_volume(arrays, scene) - room
+        if over <= 1e-9 * room:
+            return
+        swollen = [Subset(pa, values(pa, "swell") > 1.0) for pa in arrays]
+        swell = [part.get("swell") for part in swollen]
+        gained = ranks.total(sum(float(np.sum(part.get("m") * (own - 1.0))) for part, own in zip(swollen, swell)))
+        left = 1.0 - min(over * scene.rho0 / gained, 1.0) if gained > 0.0 else 0.0
+        for part, own in zip(swollen, swell):
+            part.put("swell", 1.0 + left * (own - 1.0))
+        if gained > 0.0 and not self.warned:
+            self.warned = True
+            warnings.warn(
+                f"at t = {solver.t + solver.dt:.4g} s vapour has filled its container of {room:.4g} m^{scene.dim}: it "
+                "swells no further than there is room; fill it less, let it vent, or lower expansion.v_exp",
+                stacklevel=2)
