@@ -5,10 +5,13 @@ import numpy as np
 
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.stress.case import Case
-from pysph_boiling.stress.ends import accounted, all_of, settled, temperatures
-from pysph_boiling.stress.scenes import BOIL, MOTION, T_SAT, ball, block, vessel
+from pysph_boiling.stress.ends import accounted, all_of, count, settled, temperatures
+from pysph_boiling.stress.scenes import BOIL, EVERYTHING, MOTION, T_SAT, ball, block, vessel
 
 __all__ = ["cases"]
+
+
+SHORTEST = 0.0125 / 0.07  # of the default time step: shorter ones turn no density error into velocity
 
 
 def box(dim, width, height, depth=6):
@@ -34,6 +37,31 @@ def boil(dim, factor):
     middle = (6.0, 4.0) if dim == 2 else (6.0, 3.0, 4.0)
     return vessel(dim, box(dim, 12, 16), block(dim, (0.0,) * dim, box(dim, 12, 10)), BOIL, vapour=ball(middle, 1.8),
                   temperature=T_SAT + 40.0, factor=factor)
+
+
+def violent(dim, factor):
+    """Water 100 K above saturation round a bubble: it bursts, swells and oscillates."""
+    middle = (6.0, 4.0) if dim == 2 else (6.0, 3.0, 4.0)
+    return vessel(dim, box(dim, 12, 20), block(dim, (0.0,) * dim, box(dim, 12, 10)), EVERYTHING,
+                  vapour=ball(middle, 2.0), temperature=T_SAT + 100.0, factor=factor)
+
+
+def of_any_length(build, dim):
+    """Every other step is an ordinary one; those between have lengths at random, from .2 t* to a millionth of that."""
+    setup, random = build(dim, factor=0.2 / 0.07), np.random.default_rng(0)
+
+    def before(run):
+        run.stepper.dt = run.dt * (0.35 if run.steps % 2 else 10.0 ** random.uniform(-6.0, 0.0))
+
+    setup.before = before
+    return setup
+
+
+def falls(run):
+    """Water that falls from rest has about the speed of a stone."""
+    share = run.table["speed"][-1] / (run.g * run.dt * run.steps)
+    if not 0.2 <= share <= 2.0:
+        yield f"the fastest particle has {share:.2g} times the speed of a stone that falls as long"
 
 
 def quiet(dim):
@@ -67,6 +95,21 @@ def cases():
                 name=f"dam-dt{factor}-{dim}d", hard=f"{factor} times the default time step", steps=2400 // factor,
                 quick=400 // factor if dim == 2 else 0, build=partial(dam, dim, factor=factor),
                 end=settled(level=0.15))
+        for parts in (10, 25, 250):
+            shortest = f"1/{parts} of the shortest ordinary time step"
+            yield Case(name=f"dam-short{parts}-{dim}d", hard=shortest, steps=2000, quick=200 if dim == 2 else 0,
+                       build=partial(dam, dim, factor=SHORTEST / parts), end=falls)
+            yield Case(name=f"boil-short{parts}-{dim}d", hard=f"a boil, {shortest}", steps=2000,
+                       quick=100 if dim == 2 else 0, build=partial(boil, dim, SHORTEST / parts),
+                       end=all_of(accounted, temperatures(T_SAT, T_SAT + 60.0)))
+            yield Case(name=f"violent-short{parts}-{dim}d", hard=f"bursts, swells and oscillates, {shortest}",
+                       steps=2000, build=partial(violent, dim, SHORTEST / parts), end=accounted)
+        for name, build, end in (("dam", dam, settled(level=0.15)), ("boil", boil, accounted),
+                                 ("violent", violent, all_of(accounted, count("n_burst", 5)))):
+            yield Case(name=f"{name}-any-step-{dim}d", steps=4000 if build is dam else 1200,
+                       hard="every other step of any length, .2 t* to a millionth of it",
+                       quick=200 if dim == 2 and build is not violent else 0,
+                       build=partial(of_any_length, build, dim), end=end)
         for factor in (2, 5, 10, 20):
             yield Case(name=f"boil-dt{factor}-{dim}d", hard=f"a boil, {factor} times the default time step",
                        steps=1200 // factor, quick=200 // factor if dim == 2 else 0, build=partial(boil, dim, factor),
