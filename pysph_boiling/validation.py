@@ -16,7 +16,6 @@ import os
 import platform
 import re
 import sys
-import warnings
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
@@ -140,9 +139,7 @@ def measure(folder, quick, picture=None):
     have, or that is missing.
     """
     bounds, case = read_bounds(folder / "README.md"), load(folder)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*density sweeps.*")  # what they leave is what is measured
-        outcomes = case.run(quick)
+    outcomes = case.run(quick)
     found = {}
     for name, value, text in case.rows(outcomes):
         if name not in bounds:

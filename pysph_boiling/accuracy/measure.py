@@ -4,7 +4,6 @@ import json
 import math
 import multiprocessing
 import os
-import warnings
 from functools import cache
 from pathlib import Path
 
@@ -30,7 +29,6 @@ def perform(problem, threads, end):
     from pysph.base.nnps_base import set_number_of_threads
 
     set_number_of_threads(threads)
-    warnings.filterwarnings("ignore", message=".*density sweeps.*")  # part of the outcome: facts["unconverged"]
     try:
         found = problem.run()
         end.send(dict(errors=found.errors, facts=found.facts, seconds=found.seconds, simulated=found.simulated,

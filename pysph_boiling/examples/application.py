@@ -13,6 +13,7 @@ import sys
 import tempfile
 import threading
 import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import partial
@@ -66,6 +67,17 @@ def upright_box(p, width, height):
     size = [width * p.spacing] * 3
     size[p.dim - 1] = height * p.spacing
     return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+
+
+@contextmanager
+def plain_warnings(console):
+    """What is warned of inside the block is told at its end: each sentence once, without a path of Python's."""
+    with warnings.catch_warnings(record=True) as told:
+        try:
+            yield
+        finally:
+            for sentence in dict.fromkeys(str(found.message) for found in told if found.category is UserWarning):
+                console.print(f"note: {sentence}", markup=False)
 
 
 class Stopped(KeyboardInterrupt):
@@ -498,8 +510,6 @@ class SceneApplication(Application):
         """Run, write results and pictures, and check the final state."""
         from rich.console import Console
 
-        if ranks.rank() > 0:
-            warnings.simplefilter("ignore", UserWarning)
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
@@ -508,6 +518,17 @@ class SceneApplication(Application):
             self._prepare()
             console.print(self.scheme.describe(), markup=False)
             return
+        with plain_warnings(console):
+            self.simulate(console)
+        first = ranks.rank() == 0
+        if ranks.size() > 1:
+            collect(self.particles)
+            ranks.leave()
+        if first:
+            self.finish(console)
+
+    def simulate(self, console):
+        """Run to the end and write results."""
         self.setup()
         self.print_header(console)
         if not self.options.disable_output and ranks.rank() == 0:
@@ -527,12 +548,6 @@ class SceneApplication(Application):
             raise
         self.ledger.finish()
         self.save(completed=True)
-        first = ranks.rank() == 0
-        if ranks.size() > 1:
-            collect(self.particles)
-            ranks.leave()
-        if first:
-            self.finish(console)
 
     def finish(self, console):
         """The final check, a word on what was made and where, and pictures; raises :class:`CheckFailed` after them."""
@@ -543,7 +558,7 @@ class SceneApplication(Application):
             failed = error
         last = self.ledger.rows[-1] if self.ledger.rows else {}
         for name, sentence in (("n_split", "steps were split, since particles would have moved too far in them"),
-                               ("n_unconverged", "steps ended their density sweeps above the tolerance"),
+                               ("n_unconverged", "steps ended with a mean density error above density.most_error"),
                                ("n_limited", "position corrections were cut by the displacement limiter"),
                                ("n_projected", "times a particle was projected back into the container"),
                                ("n_clamped", "times the volume of a bubble was held")):

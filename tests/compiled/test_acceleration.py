@@ -10,7 +10,6 @@ from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 DX = 0.01
 WIDTH, HEIGHT = 16, 24
-pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
 
 
 def tank(width=8, fill=12, jitter=0.2, share=0.07, **density):

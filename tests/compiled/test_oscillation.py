@@ -550,7 +550,6 @@ def record(stepper):
     return calls
 
 
-@pytest.mark.filterwarnings("ignore:.*density sweeps")  # in the first step, while the jitter is pressed out
 def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=0.5, upper=2.0, sweeps=2)
     stepper.settle()
@@ -568,7 +567,6 @@ def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     assert "oscillation" not in calls
 
 
-@pytest.mark.filterwarnings("ignore:.*density sweeps")
 def test_pool_follows_a_hysteresis_and_stays_incompressible():
     """2-D: the radius swings with the period given, and the density error is no more than without the effect."""
     steps, error, radius = 60, {}, {}
@@ -589,7 +587,6 @@ def test_pool_follows_a_hysteresis_and_stays_incompressible():
     assert max(error[2][steps:]) <= 1.1 * stepper.scheme.effects["density"].tolerance
 
 
-@pytest.mark.filterwarnings("ignore:.*density sweeps")
 def test_two_bubbles_of_a_pool_merge_without_a_jump():
     """One is compressed, the other expanded; they are thrown at each other."""
     stepper, fluid, _ = pool(12, 0.0, dim=3, form="rayleigh_plesset", time_scale=30.0)
@@ -607,7 +604,7 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
     assert np.sum((fluid.m * fluid.swell)[vapour]) == pytest.approx(volume, rel=1e-2) and np.ptp(swell[vapour]) > 0.1
 
 
-@pytest.mark.filterwarnings("ignore:.*density sweeps", "ignore:.*rings once in")
+@pytest.mark.filterwarnings("ignore:.*rings once in")
 def test_wall_moves_no_faster_than_a_step_allows():
     """In its own time this bubble rings more than once a step: it would collapse and rebound in one."""
     stepper, fluid, bubble = pool(12, 2.6, dim=3, v_exp=1.5, form="rayleigh_plesset", time_scale=1.0, lower=0.05)

@@ -4,9 +4,6 @@ import pytest
 
 from pysph_boiling.examples.dam_break import DamBreak
 
-# Default settings end some steps before their tolerance; the results count them as n_unconverged.
-pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
-
 
 @pytest.fixture(scope="module")
 def dam_break(tmp_path_factory):

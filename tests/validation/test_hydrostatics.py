@@ -14,8 +14,6 @@ from pysph_boiling.schemes.effects import BoxContainer
 SPACING, LAYERS, GRAVITY = 0.05, 20, 9.81
 HEIGHT = LAYERS * SPACING
 
-# Default settings end some steps before their tolerance; the results count them as n_unconverged.
-pytestmark = pytest.mark.filterwarnings("ignore:.*density sweeps.*:UserWarning")
 
 # --- a column of water ------------------------------------------------------------------------------------------------
 

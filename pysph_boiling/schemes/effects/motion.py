@@ -1,6 +1,5 @@
 """Motion: the density constraint, containers, viscosity."""
 import math
-import warnings
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -20,21 +19,15 @@ PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 
 
 class Sweeps(Tool):
-    """Counts the steps whose density sweeps ended at their maximum, above the tolerance; warns at the first."""
+    """Counts the steps that ended with a mean density error above the bound up to which more sweeps are added."""
 
     def __init__(self, scheme, effect):
         self.scheme, self.effect = scheme, effect
 
     def post_step(self, solver):
         for pa in self.scheme.arrays:
-            error = float(pa.density_error[0])
-            if pa.sweeps[0] >= self.effect.max_sweeps and error > self.effect.tolerance:
+            if float(pa.density_error[0]) > self.effect.most:
                 pa.unconverged[0] += 1.0
-                if pa.unconverged[0] == 1.0:
-                    warnings.warn(
-                        f"at t = {solver.t + solver.dt:.4g} s the density sweeps of '{pa.name}' ended at their maximum "
-                        f"of {self.effect.max_sweeps} with a mean error of {error:.2%} (tolerance "
-                        f"{self.effect.tolerance:.2%}); more such steps are counted as n_unconverged", stacklevel=2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +38,8 @@ class DensityConstraint(Effect):
     title: ClassVar[str] = "density constraint"
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1, may_change=True)
     max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1, may_change=True)
-    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end", low=0.0,
-                             may_change=True)
+    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end before their maximum",
+                             low=0.0, may_change=True)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
     longest: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
@@ -70,6 +63,11 @@ class DensityConstraint(Effect):
         super().__post_init__()
         if self.min_sweeps > self.max_sweeps:
             raise ValueError(f"density.min_sweeps = {self.min_sweeps} is above density.max_sweeps = {self.max_sweeps}")
+
+    @property
+    def most(self):
+        """Mean positive density error that a step must not end with [-]."""
+        return max(self.most_error, self.tolerance)
 
     def properties(self, scene):
         return (
@@ -142,7 +140,7 @@ class DensityConstraint(Effect):
                    lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
             Column("density_error_max", "-", "largest positive density error before the last sweep",
                    lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
-            Column("n_unconverged", "-", "steps since the start whose sweeps ended above the tolerance",
+            Column("n_unconverged", "-", "steps since the start that ended with a mean density error above most_error",
                    lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
             Column("substeps", "-", "steps into which the last step was split",
                    lambda arrays, scene: max(float(pa.substeps[0]) for pa in arrays)),
@@ -184,7 +182,7 @@ class DensityConstraint(Effect):
                 fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance, sweeps=self.max_sweeps,
-            most=max(self.most_error, self.tolerance)))
+            most=self.most))
         move = dict(omega=self.omega, longest=self.longest * scene.spacing)
         yield Term("density.move", density_constraint.PBFMoveAccelerated(
             fluid, None, radius=self.acceleration, delay=self.delay, **move) if self.acceleration
