@@ -191,7 +191,8 @@ class Ledger(Tool):
     def _own_columns(self):
         def mass_residual(arrays, scene):
             start = self.start(arrays, "ledger_mass")
-            return (self.mass(arrays) + self.mass_out(arrays) - self.mass_in(arrays) - start) / start
+            return (self.mass(arrays) + self.mass_out(arrays) - self.mass_in(arrays) - start) / max(
+                start, scene.particle_mass)  # a vessel may start empty
 
         columns = [
             Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),

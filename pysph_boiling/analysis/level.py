@@ -12,10 +12,10 @@ def surface_level(fluids, *, dim):
     """Height of the surface [m] above the floor at 0; the vertical is y in 2-D and z in 3-D.
 
     ``fluids`` are particle arrays. The mark below which 98 % of all particles lie, liquid and vapour, over 0.98: exact
-    for an even pool, and for one that swells evenly.
+    for an even pool, and for one that swells evenly; 0 in a dry vessel.
     """
     height = np.concatenate([np.asarray(pa.y if dim == 2 else pa.z, float) for pa in fluids])
-    return float(np.quantile(height, SHARE)) / SHARE
+    return float(np.quantile(height, SHARE)) / SHARE if len(height) else 0.0
 
 
 def level_history(files, *, dim, name="fluid"):

@@ -138,7 +138,8 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     else:
         view = view or "slice"
         colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
-        ends = np.array([_limits(scene.fluid, colour) for scene in samples]) if colour in SCALES else None
+        wet = [scene for scene in samples if len(_points(scene.fluid))]
+        ends = np.array([_limits(scene.fluid, colour) for scene in wet]) if colour in SCALES and wet else None
         draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
                                      "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
 
@@ -269,11 +270,9 @@ def load_output(file):
 
 
 def _sort_arrays(arrays):
-    """The arrays by role: lists ``fluid``, ``walls``, ``sites``; empty arrays are dropped."""
+    """The arrays by role: lists ``fluid``, ``walls``, ``sites``. A fluid array may be empty: a vessel that is dry."""
     scene = SimpleNamespace(fluid=[], walls=[], sites=[])
     for name, pa in arrays.items():
-        if len(pa.x) == 0:
-            continue
         if "site" in name.lower():
             scene.sites.append(pa)
         elif "heated" in pa.properties or any(word in name.lower() for word in ("wall", "solid", "bound", "vessel")):
@@ -281,7 +280,9 @@ def _sort_arrays(arrays):
         else:
             scene.fluid.append(pa)
     if not scene.fluid:
-        raise ValueError(f"no fluid particles to draw among the arrays {sorted(arrays)}")
+        raise ValueError(f"no fluid array to draw among the arrays {sorted(arrays)}")
+    for role in (scene.walls, scene.sites):
+        role[:] = [pa for pa in role if len(pa.x)]
     return scene
 
 
@@ -322,15 +323,17 @@ def _values(fluid, colour):
 
 
 def _limits(fluid, colour):
-    low, high = np.nanquantile(_values(fluid, colour), SCALES[colour][-1])
+    shown = _values(fluid, colour)
+    low, high = np.nanquantile(shown, SCALES[colour][-1]) if len(shown) else (0.0, 0.0)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
 def _bounds(scene, spacing, dim):
     """Corners (2, 3) [m] of walls and fluid; a few stray particles do not widen the view."""
-    centre = _points(scene.fluid)
+    centre, walls = _points(scene.fluid), _points(scene.walls)
+    if len(centre) == 0:
+        centre = walls if len(walls) else np.zeros((1, 3))
     ends = np.nanquantile(centre, (0.002, 0.998), axis=0)
-    walls = _points(scene.walls)
     if len(walls):
         ends = np.array([np.minimum(ends[0], walls.min(axis=0)), np.maximum(ends[1], walls.max(axis=0))])
     pad = np.full(3, 0.5 * spacing)
@@ -466,7 +469,7 @@ def _vapour(fluid):
 
 def _wall_colours(walls):
     heated = np.concatenate([
-        np.asarray(pa.heated) > 0 if "heated" in pa.properties else np.zeros(len(pa.x), bool) for pa in walls])
+        np.asarray(pa.heated) == 1 if "heated" in pa.properties else np.zeros(len(pa.x), bool) for pa in walls])
     return _rgb([WALL, HEATER])[heated.astype(int)], heated
 
 
@@ -535,6 +538,8 @@ def _outline(scene, bounds):
 
 def _free_surface(points, spacing):
     """The highest of the points (n, 3) in every column of one spacing square."""
+    if len(points) == 0:
+        return points
     cells = np.floor(points[:, :2] / spacing).astype(int)
     order = np.lexsort((points[:, 2], cells[:, 1], cells[:, 0]))
     last = np.append(np.any(np.diff(cells[order], axis=0) != 0, axis=1), True)

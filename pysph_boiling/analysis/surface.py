@@ -73,9 +73,11 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
     vessel = _inside(scene.walls, bounds, spacing)
     box = np.array([vessel[0] - [0.0, 0.0, SLAB_HEIGHT * spacing], vessel[1]])
     camera = _camera(box, size)
-    depth = _path_in_water(fluid.points, spacing, camera.eye)
-    parts = [*_water(fluid, spacing, vessel, walled=vessel != bounds, eye=camera.eye, depth=depth),
-             *_bubbles(fluid, spacing, vessel, colour, eye=camera.eye, depth=depth)]
+    parts = []
+    if len(fluid.points):
+        depth = _path_in_water(fluid.points, spacing, camera.eye)
+        parts = [*_water(fluid, spacing, vessel, walled=vessel != bounds, eye=camera.eye, depth=depth),
+                 *_bubbles(fluid, spacing, vessel, colour, eye=camera.eye, depth=depth)]
     return _paint(scene, parts, path, camera, vessel, spacing, size, _text(title, t))
 
 

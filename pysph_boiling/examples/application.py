@@ -33,7 +33,7 @@ from pysph_boiling import inherited
 from pysph_boiling.analysis.files import Manifest, last_output, output_files, run_record, step_of
 from pysph_boiling.analysis.ledger import Ledger, write_json
 from pysph_boiling.checks import CheckFailed, NotChecked, require
-from pysph_boiling.device import on_host
+from pysph_boiling.device import on_host, real
 from pysph_boiling.resume import Resumed, settings, with_units
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
@@ -112,6 +112,23 @@ class Interrupt(Tool):
     def pre_step(self, solver):
         if ranks.anywhere(self.asked):
             raise Stopped
+
+
+class Dry(Tool):
+    """Ends a run after the step, or at the start, in which there is no particle left in the fluid arrays."""
+
+    def __init__(self, arrays, solver):
+        self.arrays = arrays
+        self.found = False
+        self.look(solver, solver.count)
+
+    def look(self, solver, steps):
+        self.found = ranks.total(sum(real(pa) for pa in self.arrays)) == 0
+        if self.found:
+            solver.max_steps = steps
+
+    def post_step(self, solver):
+        self.look(solver, solver.count + 1)
 
 
 class Progress(Tool):
@@ -487,7 +504,11 @@ class SceneApplication(Application):
         self.ledger.begin(self.scheme.arrays)
         self.solver.before_output = self.save
         self.progress, self.interrupt = Progress(self.solver, self.title, self.quiet), Interrupt()
-        return [self.interrupt, *tools, self.ledger, self.progress]
+        effects = self.scheme.effects.values()
+        self.dry = None
+        if any(effect.removes_particles for effect in effects) and "refill" not in self.scheme.effects:
+            self.dry = Dry(self.scheme.arrays, self.solver)
+        return [self.interrupt, *tools, self.ledger, self.progress, *([self.dry] if self.dry else [])]
 
     def results_every(self):
         """Steps between two rows of the results: a row reads whole properties, which a device fetches at outputs."""
@@ -583,6 +604,8 @@ class SceneApplication(Application):
         self.check_ledger()
         t, needed = self.solver.t, self.check_from(self.parameters)
         try:
+            if self.dry is not None and self.dry.found:
+                raise NotChecked(f"the vessel is dry, and the run ended at t = {t:.4g} s")
             if t < needed * (1.0 - 1e-9):
                 raise NotChecked(f"the run ended at t = {t:.4g} s, and what it must show takes {needed:.4g} s")
             self.check_final()
@@ -602,6 +625,10 @@ class SceneApplication(Application):
         for change in self.resumed.new if self.resumed is not None else ():
             console.print(f"  from t = {change['t']:.4g} s on: {change['parameter']} = {change['after']} "
                           f"{change['unit']}, was {change['before']}", markup=False)
+        heaters = scheme.effects["heater"].temperatures(
+            scheme.scene(), {pa.name: pa for pa in self.particles}) if "heater" in scheme.effects else ()
+        if len(heaters) > 1:
+            console.print("heaters: " + ", ".join(f"{n} wall particles at {T:g} K" for T, n in heaters))
         for name, (value, unit) in self.facts().items():
             console.print(f"  {name} = {value:.4g}{'' if unit == '-' else ' ' + unit}")
 

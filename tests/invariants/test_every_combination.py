@@ -93,7 +93,7 @@ ROWS = covering_set()
 
 def effects_of(row, upper):
     """The effects of a row."""
-    heater = Heater(temperature=T_SAT + 60.0) if row["heater"] == "temperature" else Heater(flux=2e5)
+    heater = Heater(temperature=T_SAT + 60.0) if row["heater"] == "temperature" else Heater(flux=2e4)
     effects = dict(
         container=BoxContainer(upper=upper), viscosity=XSPHViscosity(),
         heat=HeatConduction(laplacian=row["laplacian"], acceleration=800.0), heater=heater,
