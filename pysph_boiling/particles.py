@@ -13,7 +13,8 @@ from pysph_boiling.names import whole_number
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "close_walls", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array",
+    "check_heaters", "close_walls", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host",
+    "lattice_density", "site_array",
     "sites_on_base", "wall_array",
 ]
 
@@ -71,6 +72,7 @@ WALL_PROPERTIES = (
     Property("h", "m", "smoothing length", state=True),
     Property("rho", "kg/m^3", "rest density", state=True),
     Property("heated", "-", "1 where the wall is a heater", "int", True),
+    Property("T_heater", "K", "temperature of a heater of its own; 0: that of the effect Heater"),
 )
 
 PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every array
@@ -205,15 +207,17 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
     return volume
 
 
-def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, domain=None):
+def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None):
     """Boundary particles with Akinci volumes; their mass is rho0 times the volume.
 
     Measured on hydrostatic columns with two layers: the first fluid layer settles 0.46 (2-D) and 0.50 (3-D) spacings
     from the face, and the container is not needed to hold it.
 
-    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater; ``domain`` the
-    ``DomainManager`` of a periodic domain. Where it is not given, a scheme sets the masses right (:func:`close_walls`)
-    once the solver tells it the domain, before the first step.
+    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater. ``T_heater`` [K], a
+    number or (n,), gives heaters temperatures of their own, > 0; where it is 0 or not given, a heater has that of the
+    effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain. Where it is not given, a scheme sets
+    the masses right (:func:`close_walls`) once the solver tells it the domain, before the first step. Errors:
+    ``ValueError`` for other values.
     """
     points = _check_points(name, points, spacing)
     h = hdx * spacing
@@ -221,8 +225,16 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
     x, y, z = points.T
     pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
     pa.add_property("heated", type="int")
-    if heated is not None:
-        pa.heated[:] = np.asarray(heated, dtype=int)
+    pa.add_property("T_heater")
+    for prop, given in (("heated", heated), ("T_heater", T_heater)):
+        if given is not None:
+            given = np.asarray(given, dtype=float)
+            if given.shape not in ((), x.shape):
+                raise ValueError(f"{prop} of '{name}' must be a number or have shape {x.shape}, got {given.shape}")
+            if prop == "heated":
+                check_heaters(name, given)
+            pa.get(prop)[:] = given
+    check_heaters(name, pa.heated, pa.T_heater)
     return pa
 
 
@@ -239,6 +251,23 @@ def close_walls(pa, *, kernel, dim, domain):
     alone = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim)
     closed = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim, domain=domain)
     m[:] = np.where(np.abs(m - alone) <= 1e-9 * alone, closed, m)
+
+
+def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
+    """Check which particles of the wall ``name`` are ``heated`` (n,), and to what ``T_heater`` [K], a number or (n,).
+
+    Raises ``ValueError`` that names the first bad particle. ``T_crit`` [K] is the critical temperature of the fluid.
+    """
+    heated, T_heater = np.asarray(heated), np.asarray(T_heater, float)
+    for prop, values, good, must in (
+        ("heated", heated, np.isin(heated, (0, 1)),
+         "must be 0 or 1; T_heater [K] gives heaters temperatures of their own"),
+        ("T_heater", T_heater, (T_heater >= 0.0) & (T_heater < T_crit),
+         f"must be below the critical point, {T_crit} K, and > 0 K, or 0 for the temperature of the effect Heater"),
+    ):
+        if not np.all(good):
+            worst = int(np.argmin(good))
+            raise ValueError(f"{prop} of wall particle {worst} of '{name}' {must}, got {np.ravel(values)[worst]:g}")
 
 
 def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):

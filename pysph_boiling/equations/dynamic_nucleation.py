@@ -2,9 +2,11 @@
 
 The region of a superheated particle is itself and the superheated particles within a fixed radius. Read literally,
 regions of neighbours overlap and spend the same heat several times; here a region fires only if its claim is the
-strongest one on each of its members, so regions that fire in one step are disjoint. One group each, in this order:
-:class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`, and
-:class:`NucleationShare`. Every decision compares integers held in doubles or keys hashed from (seed, stream, step,
+strongest one on each of its members, so regions that fire in one step are disjoint. Heat of a region is sensible heat,
+``e - held``: latent heat that an interruption froze moves no temperature and drives no burst; it lowers the price of
+its own particle's vaporisation. One group each, in this order: :class:`NucleationHeld` (where latent heat is held at
+all), :class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`,
+and :class:`NucleationShare`. Every decision compares integers held in doubles or keys hashed from (seed, stream, step,
 uid), so it depends neither on threads nor on the order of the particles.
 """
 from math import floor
@@ -15,7 +17,8 @@ from pysph.sph.equation import Equation
 from pysph_boiling.equations.helpers import boiling_temperature
 
 __all__ = [
-    "NucleationChoice", "NucleationClaim", "NucleationFire", "NucleationRegion", "NucleationRelease", "NucleationShare",
+    "NucleationChoice", "NucleationClaim", "NucleationFire", "NucleationHeld", "NucleationRegion", "NucleationRelease",
+    "NucleationShare",
 ]
 
 
@@ -42,12 +45,25 @@ def nucleation_units(share=0.0):
     return floor(share*16777216.0 + 0.5)
 
 
+class NucleationHeld(Equation):
+    """Latent heat that a superheated particle holds (``interrupt="hold"``): what was frozen, less what cooling took.
+
+    Source: ours.   Reads   d_phase, d_e, d_e_lat [J/kg].   Writes   d_held [J/kg], 0 in other phases, own index only.
+    """
+
+    def initialize(self, d_idx, d_phase, d_e, d_e_lat, d_held):
+        d_held[d_idx] = 0.0
+        if d_phase[d_idx] == 2:
+            d_held[d_idx] = max(min(d_e[d_idx], d_e_lat[d_idx]), 0.0)
+
+
 class NucleationRegion(Equation):
-    r"""Heat of the region round each superheated particle, if it is enough to fire; keys of the particle.
+    r"""Sensible heat of the region round each superheated particle, if it is enough to fire; keys of the particle.
 
-    .. math::  Q_i = \sum_j m_j e_j > q_{crit} m_p L + e_{crit} \sum_j m_j, \qquad Q_i \ge m_p L
+    .. math::  Q_i = \sum_j m_j (e_j - e^{held}_j) > q_{crit} m_p L + e_{crit} \sum_j m_j, \qquad Q_i \ge m_p L
 
-    Source: the paper, section 3.2.2, eq. 5. Differs: Q is summed in whole units of 2^-24 m_p L, so it is exact.
+    Source: the paper, section 3.2.2, eq. 5: c (T - T_sat) = e - e_held. Differs: Q is summed in whole units of
+    2^-24 m_p L, so it is exact.
 
     Parameters
     ----------
@@ -55,13 +71,13 @@ class NucleationRegion(Equation):
     m_p : float      Mass of a particle of the rest lattice [kg].
     L : float        Latent heat [J/kg].
     q_crit : float   Threshold in units of m_p L [-], >= 0.
-    e_crit : float   Threshold of the region's mean enthalpy [J/kg], >= 0.
+    e_crit : float   Threshold of the region's mean sensible heat [J/kg], >= 0.
     stream : int     Stream of the random numbers, and the next; even.
 
-    Reads    d_uid, d_phase, s_phase, s_m [kg], s_e [J/kg], positions; constant ``steps``.
+    Reads    d_uid, d_phase, s_phase, s_m [kg], s_e, s_held [J/kg], positions; constant ``steps``.
     Writes   d_region_heat [2^-24 m_p L], 0 where it does not suffice, d_fire_key, d_pick_key, own index only.
     Errors   ValueError if radius <= 0 or a threshold is negative.
-    Limits   Needs double precision. Latent heat frozen at an interruption counts as heat.
+    Limits   Needs double precision.
     """
 
     def __init__(self, dest, sources, radius, m_p, L, q_crit, e_crit, stream):
@@ -88,7 +104,8 @@ class NucleationRegion(Equation):
             d_fire_key[d_idx] = nucleation_key(d_uid[d_idx], self.stream, count)
             d_pick_key[d_idx] = nucleation_key(d_uid[d_idx], self.stream + 1, count)
 
-    def loop_all(self, d_idx, d_phase, d_region_heat, d_x, d_y, d_z, s_phase, s_m, s_e, s_x, s_y, s_z, NBRS, N_NBRS):
+    def loop_all(self, d_idx, d_phase, d_region_heat, d_x, d_y, d_z, s_phase, s_m, s_e, s_held, s_x, s_y, s_z, NBRS,
+                 N_NBRS):
         i = declare('int')
         s_idx = declare('long')
         heat = 0.0
@@ -102,7 +119,7 @@ class NucleationRegion(Equation):
                     rz = d_z[d_idx] - s_z[s_idx]
                     if rx*rx + ry*ry + rz*rz < self.radius2:
                         share = s_m[s_idx] / self.m_p
-                        heat += nucleation_units(share * s_e[s_idx] / self.L)
+                        heat += nucleation_units(share * (s_e[s_idx] - s_held[s_idx]) / self.L)
                         mass += nucleation_units(share)
             if heat > self.q_crit + self.e_crit*mass and heat >= 16777216.0:
                 d_region_heat[d_idx] = heat
@@ -184,21 +201,23 @@ class NucleationFire(Equation):
 class NucleationChoice(Equation):
     r"""Which members of a region that fires become vapour, and the enthalpies that its heat then leaves.
 
-    In the order of their keys, members are taken while :math:`\sum m L \le Q`; those with a key up to ``cut`` are
-    chosen. Sorting by random keys has the distribution of the Fisher-Yates shuffle. The chosen get L, the others
+    In the order of their keys, members are taken while :math:`\sum m (L - e^{held}) \le Q`; those with a key up to
+    ``cut`` are chosen. Sorting by random keys has the distribution of the Fisher-Yates shuffle. The chosen get L, the
+    others keep what they hold and share the sensible heat that is left,
 
-    .. math::  e = (Q - L \sum_{chosen} m) / \sum_{others} m
+    .. math::  e - e^{held} = \Big(Q - \sum_{chosen} m (L - e^{held})\Big) / \sum_{others} m
 
-    If there are no others, the chosen share Q. If the first member is too heavy already, the region does not fire.
+    If there are no others, the chosen share it. If the first member costs too much already, the region does not fire.
 
-    Source: the paper, section 3.2.2, eqs. 4, 6 and 7, for any masses.
+    Source: the paper, section 3.2.2, eqs. 4, 6 and 7, for any masses; what a particle holds pays for itself alone.
 
     Parameters
     ----------
     radius, m_p, L : float   As :class:`NucleationRegion`.
 
-    Reads    d_region_heat [2^-24 m_p L], s_pick_key, s_phase, s_m [kg], s_e [J/kg], positions.
-    Writes   d_fires, d_fired (count), d_cut (-1 where nothing fires), d_e_chosen, d_e_others [J/kg], own index only.
+    Reads    d_region_heat [2^-24 m_p L], s_pick_key, s_phase, s_m [kg], s_e, s_held [J/kg], positions.
+    Writes   d_fires, d_fired (count), d_cut (-1 where nothing fires), d_e_chosen (enthalpy), d_e_others (sensible
+    heat) [J/kg], own index only.
     Needs    NucleationFire before it in the same group.
     Limits   Q is known to 2^-25 m_p L for each member, so where Q only just pays for the chosen, the others may end up
     to some J/kg (1 mK) below saturation.
@@ -214,13 +233,14 @@ class NucleationChoice(Equation):
         return [nucleation_units]
 
     def loop_all(self, d_idx, d_region_heat, d_fires, d_fired, d_cut, d_e_chosen, d_e_others, d_x, d_y, d_z,
-                 s_pick_key, s_phase, s_m, s_e, s_x, s_y, s_z, NBRS, N_NBRS):
+                 s_pick_key, s_phase, s_m, s_e, s_held, s_x, s_y, s_z, NBRS, N_NBRS):
         i = declare('int')
         more = declare('int')
         s_idx = declare('long')
         cut = -1.0
         taken = 0.0
         heat = 0.0
+        price = 0.0
         chosen = 0.0
         others = 0.0
         more = d_fires[d_idx]
@@ -228,6 +248,7 @@ class NucleationChoice(Equation):
             key = 4294967296.0
             units = 0.0
             heat = 0.0
+            price = 0.0
             chosen = 0.0
             others = 0.0
             for i in range(N_NBRS):
@@ -237,14 +258,15 @@ class NucleationChoice(Equation):
                     ry = d_y[d_idx] - s_y[s_idx]
                     rz = d_z[d_idx] - s_z[s_idx]
                     if rx*rx + ry*ry + rz*rz < self.radius2:
-                        heat += s_m[s_idx] * s_e[s_idx]
+                        heat += s_m[s_idx] * (s_e[s_idx] - s_held[s_idx])
                         if s_pick_key[s_idx] > cut:
                             others += s_m[s_idx]
                             if s_pick_key[s_idx] < key:
                                 key = s_pick_key[s_idx]
-                                units = nucleation_units(s_m[s_idx] / self.m_p)
+                                units = nucleation_units(s_m[s_idx] / self.m_p * (self.L - s_held[s_idx]) / self.L)
                         else:
                             chosen += s_m[s_idx]
+                            price += s_m[s_idx] * (self.L - s_held[s_idx])
             more = 0
             if others > 0.0 and taken + units <= d_region_heat[d_idx]:
                 more = 1
@@ -257,9 +279,9 @@ class NucleationChoice(Equation):
             d_fired[d_idx] += 1
             d_e_chosen[d_idx] = self.L
             if others > 0.0:
-                d_e_others[d_idx] = (heat - self.L*chosen) / others
+                d_e_others[d_idx] = (heat - price) / others
             else:
-                d_e_chosen[d_idx] = heat / chosen
+                d_e_chosen[d_idx] = self.L + (heat - price) / chosen
 
 
 class NucleationShare(Equation):
@@ -272,8 +294,8 @@ class NucleationShare(Equation):
     radius : float                           As :class:`NucleationRegion`.
     T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
 
-    Reads    s_cut, s_e_chosen, s_e_others [J/kg], d_pick_key, positions.   Writes   d_e [J/kg], d_phase, d_T [K],
-    d_member (regions that fire and hold the particle: 0 or 1), d_burst (count), own index only.
+    Reads    s_cut, s_e_chosen, s_e_others, d_held [J/kg], d_pick_key, positions.   Writes   d_e [J/kg], d_phase,
+    d_T [K], d_member (regions that fire and hold the particle: 0 or 1), d_burst (count), own index only.
     Needs    NucleationChoice in an earlier group.
     """
 
@@ -289,8 +311,8 @@ class NucleationShare(Equation):
     def _get_helpers_(self):
         return [boiling_temperature]
 
-    def loop_all(self, d_idx, d_pick_key, d_phase, d_e, d_T, d_member, d_burst, d_x, d_y, d_z, s_cut, s_e_chosen,
-                 s_e_others, s_x, s_y, s_z, NBRS, N_NBRS):
+    def loop_all(self, d_idx, d_pick_key, d_phase, d_e, d_held, d_T, d_member, d_burst, d_x, d_y, d_z, s_cut,
+                 s_e_chosen, s_e_others, s_x, s_y, s_z, NBRS, N_NBRS):
         i = declare('int')
         state = declare('int')
         s_idx = declare('long')
@@ -305,25 +327,28 @@ class NucleationShare(Equation):
                     rz = d_z[d_idx] - s_z[s_idx]
                     if rx*rx + ry*ry + rz*rz < self.radius2:
                         d_member[d_idx] += 1
-                        d_e[d_idx] = s_e_others[s_idx]
+                        d_e[d_idx] = d_held[d_idx] + s_e_others[s_idx]
                         if d_pick_key[d_idx] <= s_cut[s_idx]:
                             d_e[d_idx] = s_e_chosen[s_idx]
                             state = 3
             if d_member[d_idx] > 0:
                 d_phase[d_idx] = state
-                d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, state, self.T_sat, self.L, self.c_l, self.c_v,
-                                                 self.subcooling)
+                d_T[d_idx] = boiling_temperature(d_e[d_idx], d_held[d_idx], state, self.T_sat, self.L, self.c_l,
+                                                 self.c_v, self.subcooling)
             if state == 3:
                 d_burst[d_idx] += 1
 
 
 class NucleationRelease(Equation):
-    """Members of a region that fires hold no latent heat back (``interrupt="hold"``).
+    """Members of a region that fires: the chosen hold no latent heat any more, the others theirs (``"hold"``).
 
-    Source: ours; what they had stored was spent with the rest.
-    Reads    d_member.   Writes   d_e_lat [J/kg], own index only.   Needs   NucleationShare in the same group.
+    Source: ours.
+    Reads    d_member, d_phase, d_held [J/kg].   Writes   d_e_lat [J/kg], own index only.
+    Needs    NucleationShare in the same group.
     """
 
-    def post_loop(self, d_idx, d_member, d_e_lat):
+    def post_loop(self, d_idx, d_member, d_phase, d_held, d_e_lat):
         if d_member[d_idx] > 0:
-            d_e_lat[d_idx] = 0.0
+            d_e_lat[d_idx] = d_held[d_idx]
+            if d_phase[d_idx] == 3:
+                d_e_lat[d_idx] = 0.0

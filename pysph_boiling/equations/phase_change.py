@@ -10,8 +10,8 @@ from pysph.sph.equation import Equation
 from pysph_boiling.equations.helpers import boiling_temperature
 
 __all__ = [
-    "PhaseEdges", "PhaseEdgesHold", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureHold",
-    "PhaseVapourCondition",
+    "PhaseEdges", "PhaseEdgesHold", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter",
+    "PhaseTemperatureAfterHold", "PhaseTemperatureHold", "PhaseVapourCondition",
 ]
 
 
@@ -87,6 +87,63 @@ class PhaseTemperatureHold(Equation):
         if d_phase[d_idx] == 3:
             d_k[d_idx] = self.k_v
         d_ae[d_idx] = 0.0
+
+
+class PhaseTemperatureAfter(Equation):
+    """Temperature once more, after ``HeatUpdate`` in its group, so that T is never behind e (``interrupt="convert"``).
+
+    Source: ours.
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+
+    Reads    d_e [J/kg], d_phase.   Writes   d_T [K], own index only.   Needs   HeatUpdate before it in the same group.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def post_loop(self, d_idx, d_e, d_phase, d_T):
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v,
+                                         self.subcooling)
+
+
+class PhaseTemperatureAfterHold(Equation):
+    """As :class:`PhaseTemperatureAfter`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+
+    Source: ours (see :class:`PhaseTemperatureHold`).
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+
+    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], own index only.
+    Needs    HeatUpdate before it in the same group.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
+        self.T_sat = float(T_sat)
+        self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
+        self.subcooling = float(subcooling)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_temperature]
+
+    def post_loop(self, d_idx, d_e, d_e_lat, d_phase, d_T):
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
+                                         self.c_v, self.subcooling)
 
 
 class PhaseKineticReset(Equation):

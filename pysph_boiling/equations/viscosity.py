@@ -42,7 +42,7 @@ class PBFXSPHViscosity(Equation):
     rho0 : float   Rest density [kg/m^3], > 0.
 
     Reads    d_u .. d_w, s_u .. s_w [m/s], s_m [kg].   Writes   d_au, d_av, d_aw [m/s^2], own index only.
-    Errors   ValueError if rate < 0 or rho0 <= 0.   Limits   Explicit: rate dt must stay below 1 (the scheme checks).
+    Errors   ValueError if rate < 0 or rho0 <= 0.   Limits   Explicit: rate dt must stay below 1 (schemes split steps).
     """
 
     def __init__(self, dest, sources, rate, rho0):

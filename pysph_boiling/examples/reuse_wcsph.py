@@ -20,7 +20,7 @@ from pysph_boiling import inherited
 from pysph_boiling.analysis.files import last_output, read_output
 from pysph_boiling.checks import require
 from pysph_boiling.device import send
-from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatUpdate
+from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatTemperatureAfter, HeatUpdate
 from pysph_boiling.examples.application import double_precision
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import add_properties, host
@@ -50,7 +50,8 @@ def heat_groups(fluid):
     """
     return [
         Group([HeatTemperature(fluid, None, T0=T_MEAN, c=WATER.c_l, k=WATER.k_l)], real=False, name="heat_temperature"),
-        Group([HeatConduction(fluid, [fluid], rho0=WATER.rho_l), HeatUpdate(fluid, None)], name="heat_exchange"),
+        Group([HeatConduction(fluid, [fluid], rho0=WATER.rho_l), HeatUpdate(fluid, None),
+               HeatTemperatureAfter(fluid, None, T0=T_MEAN, c=WATER.c_l)], name="heat_exchange"),
     ]
 
 

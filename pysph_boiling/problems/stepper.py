@@ -33,6 +33,7 @@ class Stepper:
         scheme.configure_solver(dt=dt, tf=1e9)
         self.equations = scheme.get_equations()
         self.solver = scheme.get_solver()
+        self.solver.disable_output = True
         nnps = neighbour_search(arrays, dim=scheme.dim, radius_scale=scheme.kernel.radius_scale, fixed_h=True,
                                 domain=domain)
         self.solver.set_parallel_manager(None)

@@ -1,10 +1,11 @@
-"""Stops a run at the step in which a number that is none appears."""
+"""Stops a run at the step in which a number that is none appears, or a temperature beyond physics."""
 import math
+import warnings
 
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.device import summed, values
+from pysph_boiling.device import counted, largest, summed, values
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
@@ -17,11 +18,18 @@ WATCHED = ("x", "y", "z", "u", "v", "w", "e", "T")
 class Guard(Tool):
     """Raises ``FloatingPointError`` after the step in which a position, velocity or temperature is NaN or Inf.
 
+    So it does where a temperature is not above 0 K, or that of liquid not below the critical point: beyond it there is
+    no liquid, while vapour may be as hot as its heater makes it. Where stored latent heat is read as sensible heat
+    (``interrupt="convert"``, after the paper), liquid may be hotter by L/c_l: that is warned of, once.
+
     The error names particle, place, phase and the last particle file, which is good.
     """
 
     def __init__(self, scheme):
         self.scheme = scheme
+        phases = scheme.effects.get("phases")
+        self.converts = phases is not None and phases.interrupt == "convert"
+        self.warned = False
 
     def post_step(self, solver):
         problem = ranks.first_given(self.look(solver))
@@ -33,22 +41,59 @@ class Guard(Tool):
         for pa in self.scheme.arrays:
             for name in WATCHED:
                 if name in pa.properties and not math.isfinite(summed(values(pa, name))):
-                    return self.report(pa, name, solver)
+                    return self.report(pa, name, solver, lambda pa, name=name: ~np.isfinite(pa.get(name)))
+            if "T" in pa.properties and self.scheme.material is not None:
+                problem = self.too_cold(pa, solver) or self.too_hot(pa, solver)
+                if problem:
+                    return problem
         return None
 
-    def report(self, pa, name, solver):
-        """Particle, place, phase, and the last particle file that is good."""
+    def limits(self):
+        material = self.scheme.material
+        return (f"; liquid must stay between 0 K and {material.T_crit} K, the critical point of {material.name}, "
+                "vapour above 0 K")
+
+    def too_cold(self, pa, solver):
+        """What is wrong where something is not above 0 K, or ``None``."""
+        if largest(-values(pa, "T"), default=-math.inf) < 0.0:
+            return None
+        return self.report(pa, "T", solver, lambda pa: pa.T <= 0.0, self.limits())
+
+    def too_hot(self, pa, solver):
+        """What is wrong where liquid is beyond its critical point, or ``None``."""
+        T_crit, phases = self.scheme.material.T_crit, "phase" in pa.properties
+
+        def beyond(T, phase):
+            return (T >= T_crit) & (phase != Phase.VAPOUR) if phases else T >= T_crit
+
+        T = values(pa, "T")
+        if largest(T) < T_crit or not counted(beyond(T, values(pa, "phase") if phases else None)):
+            return None
+        if self.converts and self.warned:
+            return None
+        problem = self.report(
+            pa, "T", solver, lambda pa: beyond(pa.T, pa.phase if phases else None), self.limits())
+        if not self.converts:
+            return problem
+        self.warned = True
+        warnings.warn(f"{problem}: what an interruption had stored reads as sensible heat (phases.interrupt convert); "
+                      "the run goes on", stacklevel=2)
+        return None
+
+    def report(self, pa, name, solver, wrong, limits=""):
+        """Particle, place, phase, limits, and the last particle file that is good. ``wrong(pa)`` is a mask (n,)."""
         from pysph_boiling.analysis.files import last_output
 
         for watched in pa.properties:
             host(pa, watched)
-        bad = np.flatnonzero(~np.isfinite(pa.get(name)))
+        bad = np.flatnonzero(wrong(pa))
         if len(bad) == 0:  # finite numbers whose sum is not
             bad = [int(np.argmax(np.abs(pa.get(name))))]
         i = bad[0]
         phase = f", {Phase(int(pa.phase[i])).name.lower()}" if "phase" in pa.properties else ""
+        value = f"{pa.get(name)[i]:.6g} K" if limits else pa.get(name)[i]
         file = None if solver.disable_output else last_output(solver.output_directory)
         return (
-            f"at t = {solver.t + solver.dt:.6g} s (step {solver.count + 1}) {name} = {pa.get(name)[i]} of particle "
+            f"at t = {solver.t + solver.dt:.6g} s (step {solver.count + 1}) {name} = {value} of particle "
             f"{pa.uid[i]} of '{pa.name}' at ({pa.x[i]:.4g}, {pa.y[i]:.4g}, {pa.z[i]:.4g}) m{phase}; {len(bad)} "
-            f"particles in all; last good output: {file or 'none'}")
+            f"particles in all{limits}; last good output: {file or 'none'}")

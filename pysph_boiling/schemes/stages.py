@@ -56,7 +56,7 @@ STAGES = (
             GroupSpec("temperature", "temperature and conductivity from enthalpy", ("T", "k")),
             GroupSpec("weights", "shares of the heater's power"),
             GroupSpec("exchange", "conduction, heater, loss, source"),
-            GroupSpec("update", "forward Euler step of the enthalpy", ("e",)),
+            GroupSpec("update", "forward Euler step of the enthalpy, and its temperature", ("e", "T")),
         )),
     )),
     Stage("phases", "some liquid at or above saturation", (
@@ -74,7 +74,8 @@ STAGES = (
     )),
     Stage("burst", "enough superheat for one region to fire", (
         Block((
-            GroupSpec("region", "heat of the region round each superheated particle",
+            GroupSpec("held", "latent heat that superheated particles hold", ("held",)),
+            GroupSpec("region", "sensible heat of the region round each superheated particle",
                       ("region_heat", "fire_key", "pick_key")),
             GroupSpec("claim", "the strongest region that claims a particle", ("claim",)),
             GroupSpec("fire", "regions that are the strongest for all members fire, and choose some of them",

@@ -43,6 +43,8 @@ class Water:
         self.scheme.setup_properties([pa, wall])
         self.scheme.set_temperature(pa, 273.15)
         self.stepper = Stepper(self.scheme, [pa, wall], dt=dt)
+        if form == "paper":  # no guard: cases by hand lack so much that the paper's form reads less than 0 K
+            self.stepper.tools = []
         self.scheme.arrays[:] = [pa]
 
     def vapour(self, who=slice(None), e=L):
@@ -364,7 +366,7 @@ def test_temperature_of_vapour_by_the_form(stage, form):
     water.stepper.run_stage(stage)
     excess = e - 1.0
     want = T_SAT + np.where(excess < 0.0, excess * (form == "paper"), excess) * L / WATER.c_v
-    np.testing.assert_allclose(water.pa.T, want, rtol=4e-15)  # ulp of L over c_v T_sat
+    np.testing.assert_allclose(water.pa.T, want, rtol=4e-15, atol=4e-13)  # ulp of L over c_v T_sat; some T are near 0
     twin = temperature(water.pa.e, water.pa.phase, WATER, subcooling=water.subcooling)
     np.testing.assert_array_equal(water.pa.T, twin)
 
@@ -375,5 +377,5 @@ def test_form_tells_how_vapour_below_saturation_is_read(effect, subcooling, inte
     scheme = BoilingScheme(["fluid"], [], dim=2, spacing=DX, density=None, heat=HeatConduction(), phases=PhaseChange(
         interrupt=interrupt), bubbles=BubbleLabels(), condensation=effect)
     kernels = [term.equation for term in scheme.terms() if hasattr(term.equation, "subcooling")]
-    assert len(kernels) == 2 + (effect is not None)
+    assert len(kernels) == 3 + (effect is not None)
     assert {kernel.subcooling for kernel in kernels} == {subcooling}

@@ -72,6 +72,12 @@ class Pool:
     def heat(self):
         return float(np.dot(self.get("m"), self.get("e")))
 
+    @property
+    def held(self):
+        """Latent heat that superheated particles hold [J/kg], (n,)."""
+        e, e_lat = self.get("e"), self.get("e_lat")
+        return np.where(self.get("phase") == SUPERHEATED, np.clip(e_lat, 0.0, np.maximum(e, 0.0)), 0.0)
+
 
 # --- the reference ----------------------------------------------------------------------------------------------------
 
@@ -108,9 +114,10 @@ def reference(pool, count):
     A region fires if no other that holds enough heat and shares a member with it is stronger. Sums in whole numbers.
     """
     m, e, phase, uid = (pool.get(name) for name in ("m", "e", "phase", "uid"))
-    effect, near = pool.scheme.effects["burst"], neighbourhood(pool)
-    unit = [units(mass / M_P) for mass in m], [units(mass / M_P * heat / L) for mass, heat in zip(m, e)]
+    effect, near, held = pool.scheme.effects["burst"], neighbourhood(pool), pool.held
+    unit = [units(mass / M_P) for mass in m], [units(mass / M_P * heat / L) for mass, heat in zip(m, e - held)]
     mass, heat = (near @ np.array(row, float) for row in unit)  # whole numbers: exact
+    cost = [units(mass / M_P * (L - mine) / L) for mass, mine in zip(m, held)]
     if effect.superheat_limit is not None:
         enough = heat > WATER.c_l * effect.superheat_limit / L * mass
     else:
@@ -124,18 +131,18 @@ def reference(pool, count):
         if max(candidates[shared > 0], key=rank.get) != i:
             continue
         order = sorted(members, key=lambda j: key(uid[j], effect.seed, STREAMS[1], count))
-        price = np.cumsum([unit[0][j] for j in order])
+        price = np.cumsum([cost[j] for j in order])
         n = int(np.sum(price <= heat[i]))
         if n == 0:
             continue
         regions[i] = members
         chosen, others = order[:n], order[n:]
-        Q = np.dot(m[members], e[members])
+        left = np.dot(m[members], (e - held)[members]) - np.dot(m[chosen], L - held[chosen])
         if others:
-            e[others] = (Q - L * m[chosen].sum()) / m[others].sum()
+            e[others] = held[others] + left / m[others].sum()
             e[chosen] = L
         else:
-            e[chosen] = Q / m[chosen].sum()
+            e[chosen] = L + left / m[chosen].sum()
         phase[chosen] = VAPOUR
     return phase, e, regions
 
@@ -151,7 +158,7 @@ def fisher_yates(random, k, n):
 
 def compare(pool, count=0):
     """One evaluation against the reference; returns how many regions fired and how many particles became vapour."""
-    before, (phase, e, regions) = pool.state(), reference(pool, count)
+    before, own, (phase, e, regions) = pool.state(), pool.held, reference(pool, count)
     heat, fired, burst = pool.heat, pool.get("fired"), pool.get("burst")
     after = pool.run(count).state()
     np.testing.assert_array_equal(after["phase"], phase)
@@ -169,8 +176,9 @@ def compare(pool, count=0):
     np.testing.assert_array_equal(pool.get("fired") - fired, pool.get("fires"))
     new = (phase == VAPOUR) & (before["phase"] == SUPERHEATED)
     np.testing.assert_array_equal(pool.get("burst") - burst, new)
-    np.testing.assert_array_equal(after["e_lat"], np.where(member, 0.0, before["e_lat"]))
-    np.testing.assert_allclose(after["T"][member], temperature(after["e"], phase, WATER)[member], rtol=4e-16)
+    np.testing.assert_array_equal(after["e_lat"], np.where(member, own * (phase == SUPERHEATED), before["e_lat"]))
+    np.testing.assert_allclose(
+        after["T"][member], temperature(after["e"], phase, WATER, after["e_lat"])[member], rtol=4e-16)
     for name, values in before.items():  # who is in no region is left alone, to the last bit
         np.testing.assert_array_equal(after[name][~member], values[~member])
     assert np.all(np.isin(phase[member], (SUPERHEATED, VAPOUR)))
@@ -185,7 +193,7 @@ def cloud(dim, *, n=800, density=1.0, mixed=False, seed=0):
     random, box = np.random.default_rng(seed), (n / density) ** (1.0 / dim)
     return dict(
         points=random_cloud(n, dim, seed=seed, box=box), dim=dim, uid=random.choice(2**32 - 1, n, replace=False),
-        e=random.uniform(0.0, 0.9, n), e_lat=random.uniform(0.0, 0.5, n),
+        e=random.uniform(0.0, 1.0, n), e_lat=random.choice([0.0, 0.1, 0.4], n),
         phase=random.choice(list(Phase), n, p=[0.05, 0.05, 0.85, 0.05]),
         m=random.uniform(0.3, 2.5, n) if mixed else 1.0), box
 
@@ -382,22 +390,48 @@ def test_masses_in_the_order_of_the_keys():
     assert taken == {0, 1, 2}
 
 
-def test_held_latent_heat_is_spent_with_the_rest():
-    """What an interruption froze is heat of the region, and no member holds it back afterwards."""
-    pool = Pool(ROW, 0.62, dim=2, radius=2.4, q_crit=3.0, e_lat=0.4)
-    assert compare(pool) == (1, 3)
+@pytest.mark.parametrize("burst", [dict(superheat_limit=100.0), dict(q_crit=0.0), dict(q_crit=1.0)])
+@pytest.mark.parametrize("e_lat", [0.6, 0.9])
+def test_latent_heat_that_is_held_drives_no_burst(e_lat, burst):
+    """Particles exactly at T_sat, whatever they hold and whatever the threshold: 3 m_p L, none of it sensible."""
+    pool = Pool(ROW, 0.6, dim=2, radius=2.4, e_lat=e_lat, **burst)
+    assert compare(pool) == (0, 0)
+    condition = pool.scheme.effects["burst"].conditions(pool.scheme.scene())["burst"]
+    assert condition([pool.pa]) is False
+    pool.pa.e_lat[:] = 0.0  # the same enthalpy, all of it sensible
+    assert condition([pool.pa]) is True
+    assert compare(pool)[1] == 3
+
+
+def test_latent_heat_that_is_held_pays_for_its_own_particle():
+    """Five particles that hold .4 L have .62 - .4 of sensible heat each: 1.1 in all, .6 for each that becomes vapour.
+
+    One does; what is left, .5, is shared by the other four, which go on holding theirs and are equally hot.
+    """
+    pool = Pool(ROW, 0.62, dim=2, radius=2.4, q_crit=1.0, e_lat=0.4)
+    assert compare(pool) == (1, 1)
     rest = pool.get("phase") == SUPERHEATED
-    assert not pool.get("e_lat").any()
-    np.testing.assert_allclose(pool.get("T")[rest], WATER.T_sat + 0.05 * L / WATER.c_l, rtol=1e-14)
-    np.testing.assert_allclose(pool.get("T")[~rest], WATER.T_sat, rtol=1e-15)
+    np.testing.assert_allclose(pool.get("e_lat")[rest], 0.4 * L, rtol=1e-15)
+    np.testing.assert_allclose(pool.get("e")[rest], (0.4 + 0.125) * L, rtol=1e-14)
+    np.testing.assert_allclose(pool.get("T")[rest], WATER.T_sat + 0.125 * L / WATER.c_l, rtol=1e-14)
+    assert pool.get("e_lat")[~rest] == 0.0 and pool.get("e")[~rest] == L
+
+
+def test_who_holds_more_is_cheaper_and_who_has_cooled_holds_less():
+    """Unequal holdings, one of them partly lost by cooling: all sensible heat is spent, and none is lost."""
+    e, e_lat = np.array([0.9, 0.3, 0.7, 1.2, 0.8]), np.array([0.1, 0.5, 0.0, 0.8, 0.2])
+    pool = Pool(ROW, e, dim=2, radius=2.4, q_crit=1.0, e_lat=e_lat)
+    before = pool.heat
+    assert compare(pool) == (1, 3) or pool.get("burst").sum() > 2.5  # 2.5 m_p L of sensible heat
+    assert pool.heat == pytest.approx(before, rel=1e-15)
 
 
 def test_policy_of_interruptions_decides_whether_there_is_held_heat():
     def kernels(interrupt):
         return [type(term.equation).__name__ for term in boiling(3, interrupt).terms() if "burst." in term.place]
 
-    assert set(kernels("hold")) - set(kernels("convert")) == {"NucleationRelease"}
-    assert len(kernels("hold")) == len(kernels("convert")) + 1 == 6
+    assert set(kernels("hold")) - set(kernels("convert")) == {"NucleationHeld", "NucleationRelease"}
+    assert len(kernels("hold")) == len(kernels("convert")) + 2 == 7
 
 
 # --- in a run ---------------------------------------------------------------------------------------------------------

@@ -21,9 +21,12 @@ from pysph_boiling.schemes.effects.heat import HeaterSwitch
 
 ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
 RHO0, T0, CAPACITY, CONDUCTIVITY = 958.0, 373.15, 4216.0, 0.679
+DRY = 2000.0  # capacity of what conducts less than K_WET
 K_WET = 0.3  # particles that conduct better are liquid
 N_FLUID, N_WALL = 60, 20
 HEAT_DT, POWER, T_HEATER, POWER_DENSITY, ETA, T_AMBIENT = 0.5, 120.0, 420.0, 1e6, 30.0, 290.0
+SHORT = 1e-6  # s; so short that temperatures do not change
+MUCH = 1e8  # W/(m^2 K); in half a second a particle loses its excess, and would many times over
 CLOUD_THRESHOLD = 1.0  # so rough is a random cloud that by the default of 0.2 nearly all of it is surface
 RATES = ("ae", "q_heater", "q_loss", "q_source", "q_leak")
 
@@ -39,6 +42,13 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
     for name, value in (("heat_dt", HEAT_DT), ("heater_power", POWER), ("heater_T", T_HEATER)):
         fluid.constants.pop(name, None)
         fluid.add_constant(name, value)
+
+    def loss(coefficient):
+        return [heat.HeatAmbientLoss(
+            "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, c_dry=DRY,
+            k_wet=K_WET, threshold=threshold / spacing, factor=loss_factor),
+            heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)]
+
     kernels = Kernels([fluid, wall], {
         "temperature": [heat.HeatTemperature("fluid", None, T0=T0, c=CAPACITY, k=CONDUCTIVITY)],
         "conduction": [heat.HeatConduction("fluid", ["fluid"], rho0=RHO0)],
@@ -46,12 +56,9 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
         "fixed": [heat.HeatFixedTemperature("fluid", ["wall"], rho0=RHO0, spacing=spacing, dim=dim)],
         "weights": [heat.HeatFluxWeight("fluid", ["wall"], k_wet=K_WET)],
         "flux": [heat.HeatFlux("fluid", None)],
-        "loss": [heat.HeatAmbientLoss(
-            "fluid", ["fluid"], coefficient=ETA, T_ambient=T_AMBIENT, rho0=RHO0,
-            threshold=threshold / spacing, factor=loss_factor),
-            heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)],
+        "loss": loss(ETA), "much_loss": loss(MUCH),
         "source": [heat.HeatSource("fluid", None, density=POWER_DENSITY, rho0=RHO0)],
-        "update": [heat.HeatUpdate("fluid", None)],
+        "update": [heat.HeatUpdate("fluid", None), heat.HeatTemperatureAfter("fluid", None, T0=T0, c=CAPACITY)],
     }, dim=dim, domain=domain)
     kernels.dim, kernels.spacing, kernels.loss_factor = dim, spacing, loss_factor
     return kernels
@@ -86,7 +93,7 @@ def kernels(compiled):
         fluid.get(name)[:] = 0.0
     fluid.heater_on[0] = 1.0
     fluid.energy_undelivered[0] = 0.0
-    compiled.wall.heated[:] = np.arange(N_WALL) % 2
+    compiled.wall.heated[:], compiled.wall.T_heater[:] = np.arange(N_WALL) % 2, 0.0
     return compiled
 
 
@@ -105,6 +112,9 @@ def test_temperature_conductivity_and_update(kernels):
     fluid.ae[:] = 7.0
     kernels.run("update")
     np.testing.assert_allclose(fluid.e, e + 7.0 * HEAT_DT, rtol=1e-15)
+    np.testing.assert_allclose(fluid.T, T0 + fluid.e / CAPACITY, rtol=1e-15)  # not behind
+    np.testing.assert_array_equal(fluid.ae, 7.0)  # the next step is divided by it
+    fluid.T[:] = 0.0
     kernels.run("temperature")
     np.testing.assert_allclose(fluid.T, T0 + fluid.e / CAPACITY, rtol=1e-15)
     np.testing.assert_array_equal(fluid.k, CONDUCTIVITY)
@@ -212,6 +222,20 @@ def test_wall_of_fixed_temperature_equals_the_reference(kernels):
     np.testing.assert_array_equal(fluid.ae, 0.0)
 
 
+def test_heaters_have_temperatures_of_their_own(kernels):
+    """Every third particle of the wall is a heater of its own temperature; the others have that of the effect."""
+    fluid, wall, m = kernels.fluid, kernels.wall, kernels.fluid.m
+    wall.T_heater[:] = np.where(np.arange(N_WALL) % 3 == 0, 300.0 + np.arange(N_WALL), 0.0)
+    T_wall = np.where(wall.T_heater > 0.0, wall.T_heater, T_HEATER)
+    assert len(set(T_wall[wall.heated == 1])) >= 4
+    V_wall = kernels.spacing**kernels.dim * wall.heated
+    rate = 4.0 * (m / RHO0 * fluid.k)[:, None] * np.subtract.outer(fluid.T, T_wall) * slope(
+        fluid, wall, kernels) * V_wall
+    kernels.run("fixed")
+    close(m * fluid.ae, rate.sum(1))
+    close(fluid.q_heater, HEAT_DT * rate.sum(1))
+
+
 def test_heater_power_is_flux_times_area():
     """And times A, the factor by which heat runs faster than motion."""
     effects = dict(heat=HeatConduction(laplacian="paper", acceleration=3.0), heater=Heater(flux=1e4))
@@ -310,7 +334,9 @@ def test_source_heats_every_volume_alike(kernels):
     np.testing.assert_allclose(fluid.q_source, POWER_DENSITY * HEAT_DT * fluid.m / RHO0, rtol=1e-14)
 
 
-def test_ambient_loss_equals_the_reference(kernels):
+@pytest.mark.parametrize("group, coefficient", [("loss", ETA), ("much_loss", MUCH)])
+def test_ambient_loss_equals_the_reference(kernels, group, coefficient):
+    """The exact relaxation of the temperature to which all else leads: it ends between that and the ambient."""
     fluid, m = kernels.fluid, kernels.fluid.m
     (_, G), (_, G_wall) = (pairs(fluid, pa, kernels.kernel) for pa in (fluid, kernels.wall))
     normal = np.einsum("j,ijk->ik", m / RHO0, G) + kernels.spacing**kernels.dim * G_wall.sum(1)
@@ -318,9 +344,18 @@ def test_ambient_loss_equals_the_reference(kernels):
     surface = size > CLOUD_THRESHOLD / kernels.spacing
     assert 5 < surface.sum() < N_FLUID - 5
     area = kernels.loss_factor * m / RHO0 * size * surface
-    kernels.run("loss")
-    close(m * fluid.ae, -ETA * area * (fluid.T - T_AMBIENT))
-    close(fluid.q_loss, HEAT_DT * ETA * area * (fluid.T - T_AMBIENT))
+    c = np.where(fluid.k >= K_WET, CAPACITY, DRY)
+    fluid.ae[:] = before = c * np.random.default_rng(4).normal(0.0, 20.0, N_FLUID) / HEAT_DT
+    T = fluid.T + HEAT_DT * before / c
+    share = -np.expm1(-coefficient * area / (m * c) * HEAT_DT)
+    assert (share[surface].min() > 0.99) if coefficient == MUCH else (0.0 < share[surface].max() < 0.1)
+    kernels.run(group)
+    lost = m * c * share * (T - T_AMBIENT)
+    np.testing.assert_allclose(fluid.q_loss, lost, rtol=1e-8, atol=1e-12 * np.abs(lost).max())  # expm1 against exp
+    close(m * (fluid.ae - before) * HEAT_DT, -fluid.q_loss)
+    after = fluid.T + HEAT_DT * fluid.ae / c
+    low, high = np.minimum(T, T_AMBIENT), np.maximum(T, T_AMBIENT)
+    assert np.all((after > low - 1e-9) & (after < high + 1e-9))  # K, round-off
 
 
 @pytest.mark.parametrize("jitter, tolerance", [
@@ -336,9 +371,9 @@ def test_ambient_loss_knows_the_area_of_a_surface(dim, jitter, tolerance):
     if dim == 3:
         sideways.update(ymin=0.0, ymax=side, periodic_in_y=True)
     kernels = compile_heat(fluid, lone_wall(dim, spacing), dim=dim, spacing=spacing, domain=DomainManager(**sideways))
-    fluid.T[:] = T_AMBIENT + 1.0
+    fluid.T[:], fluid.heat_dt[0] = T_AMBIENT + 1.0, SHORT
     kernels.run("loss")
-    assert np.sum(fluid.q_loss) / (HEAT_DT * ETA) == pytest.approx(2.0 * side ** (dim - 1), rel=tolerance)
+    assert np.sum(fluid.q_loss) / (SHORT * ETA) == pytest.approx(2.0 * side ** (dim - 1), rel=tolerance)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

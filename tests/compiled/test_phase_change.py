@@ -53,6 +53,7 @@ class Cases:
         arrays, setting = [self.pa, wall, self.sites], scheme(SETTING[interrupt], dim=dim, spacing=DX, changes=changes)
         setting.setup_properties(arrays)
         self.stepper = Stepper(setting, arrays, dt=1e-3)
+        self.stepper.tools = []  # no guard: states by hand go below 0 K and beyond the critical point
 
     def set(self, phase, e, near="", e_lat=0.0):
         """Set the first cases, the rest is cold; ``near`` names what stands near ("site", "vapour", both, neither)."""

@@ -13,7 +13,7 @@ from pysph_boiling.equations import heat
 from pysph_boiling.examples import reuse_wcsph
 
 HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_tvf": "TVFScheme"}
-GUESTS = [heat.HeatTemperature, heat.HeatConduction, heat.HeatUpdate]
+GUESTS = [heat.HeatTemperature, heat.HeatConduction, heat.HeatUpdate, heat.HeatTemperatureAfter]
 
 
 @pytest.fixture(scope="module", params=HOSTS)
@@ -41,6 +41,9 @@ def test_wave_decays_drifts_and_keeps_its_energy(app):
     assert app.decay_error() == pytest.approx(0.0, abs=0.01)  # Laplacian of the lattice: 0.2 % and 0.8 % measured
     assert app.shape_error() <= 0.01  # 0.8 % measured, all of it the amplitude's
     assert abs(app.energy_drift()) <= 1e-14  # round-off; 2e-16 measured
+    fluid = app.particles[0]
+    e, T = (fluid.get(name, only_real_particles=True) for name in ("e", "T"))
+    np.testing.assert_allclose(T, reuse_wcsph.T_MEAN + e / reuse_wcsph.WATER.c_l, rtol=1e-14)  # not a step behind
 
 
 def test_flow_is_that_of_the_host(app):

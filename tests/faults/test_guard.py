@@ -1,14 +1,21 @@
-"""A number that is none stops the run at that step; what was written before it stays."""
+"""A number that is none stops the run at that step, and so does a temperature beyond physics; files stay."""
 import json
+import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pysph.solver.tools import Tool
+from sets import scheme
 
 from pysph_boiling.analysis.files import output_files, read_output
 from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.cli import main
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.particles import fluid_block, site_array, wall_array
+from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.guard import Guard
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration", "0.3",
          "--frame", "0.05", "--no-pictures", "--openmp"]
@@ -42,3 +49,54 @@ def test_run_stops_at_that_step_and_names_the_particle(name, value, tmp_path, mo
     table = load_results(tmp_path)
     assert len(table["t"]) == STEP - 1 and all(np.isfinite(values).all() for values in table.values())
     assert json.loads((tmp_path / "run.json").read_text())["completed"] is False
+
+
+def guarded(name, **state):
+    """Guard and fluid of a set; nothing is compiled. ``state``: values of the first particle."""
+    made = scheme(name, dim=2, spacing=1.0)
+    common = dict(spacing=1.0, dim=2, rho0=made.rho0)
+    fluid = fluid_block((0.0, 0.0, 0.0), (4.0, 4.0, 0.0), **common)
+    wall = wall_array(np.array([[0.0, -0.5, 0.0]]), kernel=made.kernel, heated=[1], **common)
+    sites = [site_array([(2.0, 0.0, 0.0)], reach=2.4, spacing=1.0)] if made.sites else []
+    made.setup_properties([fluid, wall, *sites])
+    made.set_temperature(fluid, 350.0)
+    for prop, value in state.items():
+        fluid.get(prop)[3] = value
+    made.arrays.append(fluid)  # as the solver does
+    return Guard(made), fluid
+
+
+AFTER = SimpleNamespace(t=1.0, dt=0.5, count=2, disable_output=True)
+SAID = "at t = 1.5 s (step 3) T = {} K of particle 3 of 'fluid' at (0.5, 3.5, 0) m"
+
+
+@pytest.mark.parametrize(("name", "phase", "T", "ends"), [
+    ("slab", None, 0.0, True), ("slab", None, -132.0, True), ("slab", None, WATER.T_crit, True),
+    ("slab", None, 0.01, False), ("slab", None, 647.0, False),
+    *[("states_hold", phase, T, True) for phase in (Phase.LIQUID, Phase.SUPERHEATED) for T in (-1.0, 700.0)],
+    ("states_hold", Phase.VAPOUR, -1.0, True), ("states_hold", Phase.VAPOUR, 1500.0, False),  # superheated vapour
+    ("states_hold", Phase.SUPERHEATED, 640.0, False),
+])
+def test_temperature_beyond_physics_ends_the_run(name, phase, T, ends):
+    guard, _ = guarded(name, T=T, **({} if phase is None else {"phase": int(phase)}))
+    if not ends:
+        guard.post_step(AFTER)
+        return
+    with pytest.raises(FloatingPointError) as error:
+        guard.post_step(AFTER)
+    said = str(error.value)
+    assert said.startswith(SAID.format(f"{T:g}") + ("" if phase is None else f", {phase.name.lower()}"))
+    assert "1 particles in all; liquid must stay between 0 K and 647.1 K, the critical point of water at 1 atm" in said
+
+
+def test_converted_latent_heat_beyond_the_critical_point_is_told_once():
+    """The paper's form reads up to 535 K out of stored latent heat, by design."""
+    guard, fluid = guarded("states", phase=int(Phase.SUPERHEATED), T=800.0)
+    with pytest.warns(UserWarning, match=r"T = 800 K of particle 3 .* 647.1 K.*\(phases.interrupt convert\)"):
+        guard.post_step(AFTER)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        guard.post_step(AFTER)
+    fluid.T[3] = -5.0
+    with pytest.raises(FloatingPointError, match="T = -5 K of particle 3"):
+        guard.post_step(AFTER)

@@ -231,6 +231,10 @@ class Effect:
         """Properties this effect adds to each array of sites."""
         return ()
 
+    def rate_of_velocity(self, scene) -> float:
+        """Rate [1/s] at which this effect evens out velocities, explicitly: a step is split where it is too long."""
+        return 0.0
+
     def stored(self, sites) -> float:
         """Enthalpy that this effect keeps with the arrays of ``sites`` [J]; it belongs to the domain."""
         return 0.0

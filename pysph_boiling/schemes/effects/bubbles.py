@@ -201,9 +201,8 @@ class Drag(Effect):
     def resolved(self, scene):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
 
-    def warnings(self, scene, dt):
-        if self.resolved(scene) * dt > 0.5:
-            yield f"drag.rate * dt = {self.resolved(scene) * dt:.2g} is above 0.5: velocities will overshoot"
+    def rate_of_velocity(self, scene):
+        return self.resolved(scene)
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", buoyancy.BubbleDrag(

@@ -26,7 +26,8 @@ class DynamicNucleation(Effect):
     heat must pay for one particle. A heat in units of m_p L means another superheat for another number of particles in
     a region: 162 K for the 33 within 2 spacings in 3-D, and 412 K, past the critical point, for the 13 in 2-D.
 
-    Limits: latent heat held by interrupted particles counts as heat of the region.
+    Heat of a region is c (T - T_sat): latent heat that interrupted particles hold does not count. It pays for the
+    vaporisation of the particle that holds it, so a region may make more vapour than its sensible heat alone pays for.
     """
 
     slot: ClassVar[str] = "burst"
@@ -59,7 +60,7 @@ class DynamicNucleation(Effect):
         return int(np.count_nonzero(np.sum(grid**2, axis=0) * scene.spacing**2 < self.reach(scene) ** 2))
 
     def threshold(self, scene):
-        """Heat [m_p L] and mean enthalpy [J/kg] that a region must exceed; one of the two is 0."""
+        """Heat [m_p L] and mean sensible heat [J/kg] that a region must exceed; one of the two is 0."""
         if self.superheat_limit is not None:
             return 0.0, scene.material.c_l * self.superheat_limit
         return Q_CRIT if self.q_crit is None else self.q_crit, 0.0
@@ -90,6 +91,7 @@ class DynamicNucleation(Effect):
 
     def properties(self, scene):
         return (
+            Property("held", "J/kg", "latent heat that a superheated particle holds since its interruption"),
             Property("region_heat", "2^-24 m_p L", "heat of the region round a particle; 0 if it does not suffice"),
             Property("fire_key", "-", "random number that decides between regions of equal heat"),
             Property("pick_key", "-", "random number in whose order members become vapour"),
@@ -97,7 +99,7 @@ class DynamicNucleation(Effect):
             Property("fires", "-", "1 where the region fires", "int"),
             Property("cut", "-", "largest pick_key that the region chooses; -1 where it does not fire"),
             Property("e_chosen", "J/kg", "enthalpy that the region gives to the chosen"),
-            Property("e_others", "J/kg", "enthalpy that the region leaves to the others"),
+            Property("e_others", "J/kg", "sensible heat that the region leaves to the others"),
             Property("member", "-", "regions that fired and hold the particle, 0 or 1", "int"),
             Property("fired", "-", "times the region of the particle fired", "int", True, True),
             Property("burst", "-", "times the particle became vapour by dynamic nucleation", "int", True, True),
@@ -114,14 +116,18 @@ class DynamicNucleation(Effect):
 
     def conditions(self, scene):
         q_crit, e_crit = self.threshold(scene)
+        hold = scene.effects["phases"].interrupt == "hold"
         least = 0.999 * max(q_crit, 1.0) * scene.particle_mass * scene.material.L  # below: sums differ by round-off
 
         def enough(arrays):
             heat, hottest = 0.0, 0.0
             for pa in arrays:
-                e, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED
-                heat += summed(values(pa, "m") * e, hot)
-                hottest = max(hottest, largest(e, hot))
+                excess, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED
+                if hold:
+                    excess = excess - values(pa, "e_lat")
+                    excess = 0.5 * (excess + abs(excess))  # max(excess, 0), which a device has not
+                heat += summed(values(pa, "m") * excess, hot)
+                hottest = max(hottest, largest(excess, hot))
             return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
 
         return {"burst": enough}
@@ -131,6 +137,9 @@ class DynamicNucleation(Effect):
         q_crit, e_crit = self.threshold(scene)
         region, heat = dict(radius=self.reach(scene)), dict(m_p=scene.particle_mass, L=material.L)
         subcooling = scene.effects["condensation"].subcooling if "condensation" in scene.effects else 1.0
+        hold = scene.effects["phases"].interrupt == "hold"
+        if hold:
+            yield Term("burst.held", dynamic_nucleation.NucleationHeld(fluid, None))
         yield Term("burst.region", dynamic_nucleation.NucleationRegion(
             fluid, fluids, q_crit=q_crit, e_crit=e_crit, stream=2 * self.seed, **region, **heat))
         yield Term("burst.claim", dynamic_nucleation.NucleationClaim(fluid, fluids, **region))
@@ -139,5 +148,5 @@ class DynamicNucleation(Effect):
         yield Term("burst.share", dynamic_nucleation.NucleationShare(
             fluid, fluids, T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v,
             subcooling=subcooling, **region))
-        if scene.effects["phases"].interrupt == "hold":
+        if hold:
             yield Term("burst.share", dynamic_nucleation.NucleationRelease(fluid, None))

@@ -7,7 +7,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import heat
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, check_heaters
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
 from pysph_boiling.schemes.stages import Term
@@ -62,12 +62,13 @@ class HeatConduction(Effect):
     def columns(self, scene):
         def mean(arrays, scene):
             T = gather(arrays, "T")
-            return ranks.total(float(np.sum(T))) / ranks.total(len(T))
+            return ranks.total(float(np.sum(T))) / max(ranks.total(len(T)), 1)
 
         def highest(arrays, scene):
             return ranks.largest(float(np.max(gather(arrays, "T"), initial=0.0)))
 
-        return (Column("T_mean", "K", "mean temperature", mean), Column("T_max", "K", "highest temperature", highest))
+        return (Column("T_mean", "K", "mean temperature; 0 in a dry vessel", mean),
+                Column("T_max", "K", "highest temperature", highest))
 
     def step_limit(self, scene):
         """Explicit limit of the heat step [s] over the phases present."""
@@ -87,11 +88,17 @@ class HeatConduction(Effect):
         else:
             yield Term("heat.exchange", heat.HeatConduction(fluid, list(scene.fluids), rho0=scene.rho0))
         yield Term("heat.update", heat.HeatUpdate(fluid, None))
+        if "phases" not in scene.effects:
+            yield Term("heat.update", heat.HeatTemperatureAfter(fluid, None, T0=material.T_sat, c=material.c_l))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Heater(Effect):
     """Heated wall particles: at a fixed temperature, or of a given heat flux that is delivered exactly.
+
+    Heaters may have temperatures of their own: the property ``T_heater`` [K] of the wall particles
+    (``wall_array(heated=..., T_heater=...)``). ``temperature`` is that of all others. ``energy_heater`` and ``until``
+    are of all heaters together.
 
     Limits: with a flux, each heated particle counts spacing^(dim-1) of area, so mark one layer of the wall only; and
     there must be one fluid array, or each would get the whole power.
@@ -101,8 +108,8 @@ class Heater(Effect):
     title: ClassVar[str] = "heater"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     given: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
-    temperature: float = param(None, "K", "temperature of the heater; give this or flux", above=0.0, may_change=True,
-                               temperature=True)
+    temperature: float = param(None, "K", "temperature of the heater, but for wall particles with one of their own; "
+                               "give this or flux", above=0.0, may_change=True, temperature=True)
     flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0,
                         may_change=True)
     until: float = param(None, "s", "when it is switched off: it exchanges no heat from then on; never if not given",
@@ -118,7 +125,18 @@ class Heater(Effect):
             changes = {"temperature": None, "flux": None, **changes}
         return super().replaced(**changes)
 
+    def temperatures(self, scene, arrays):
+        """Temperatures of the heaters [K] and how many wall particles have each, sorted; nothing for a flux."""
+        T = np.concatenate([arrays[name].T_heater[arrays[name].heated == 1] for name in scene.solids])
+        return [] if self.flux is not None else list(zip(*np.unique(np.where(T == 0.0, self.temperature, T),
+                                                                    return_counts=True)))
+
     def check(self, scene, arrays):
+        for name in scene.solids:
+            if "heated" in arrays[name].properties:
+                check_heaters(name, arrays[name].heated, arrays[name].T_heater, scene.material.T_crit)
+                if self.flux is not None and np.any(arrays[name].T_heater):
+                    raise ValueError(f"heater: with a flux no wall particle has a T_heater, but some of '{name}' have")
         if not any(np.any(arrays[name].heated == 1) for name in scene.solids if "heated" in arrays[name].properties):
             raise ValueError("heater: no wall particle is heated (property 'heated' of the solids is 0 everywhere)")
         if self.temperature is not None and self.temperature >= scene.material.T_crit:
@@ -142,7 +160,8 @@ class Heater(Effect):
     def prepare(self, scene, arrays):
         """Set the heater's power [W, or W/m in 2-D] from its area, once the walls are known."""
         if self.flux is not None:
-            area = sum(int(np.sum(arrays[name].heated)) for name in scene.solids) * scene.spacing ** (scene.dim - 1)
+            heated = sum(np.count_nonzero(arrays[name].heated) for name in scene.solids)
+            area = heated * scene.spacing ** (scene.dim - 1)
             for name in scene.fluids:
                 arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].acceleration
 
@@ -186,8 +205,37 @@ class HeaterSwitch(Tool):
 
 
 @dataclass(frozen=True, kw_only=True)
+class HeatSource(Effect):
+    """Uniform volumetric heating."""
+
+    slot: ClassVar[str] = "source"
+    title: ClassVar[str] = "volumetric source"
+    requires: ClassVar[tuple[str, ...]] = ("heat",)
+    density: float = param(None, "W/m^3", "power density before the factor A", may_change=True)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.density is None:
+            raise ValueError("source: give its power density [W/m^3] (source.density)")
+
+    def properties(self, scene):
+        return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,
+                         cumulative=True),)
+
+    def flows(self, scene):
+        return (Flow("energy_source", +1, prop="q_source"),)
+
+    def terms(self, scene, fluid):
+        yield Term("heat.exchange", heat.HeatSource(
+            fluid, None, density=self.density * scene.effects["heat"].acceleration, rho0=scene.rho0))
+
+
+@dataclass(frozen=True, kw_only=True)
 class AmbientLoss(Effect):
-    """Newton cooling at the free surface."""
+    """Newton cooling at the free surface, exact in time: no coefficient cools liquid below the ambient.
+
+    The last of the slots that add to the rate of enthalpy: it acts on the temperature to which the others lead.
+    """
 
     slot: ClassVar[str] = "loss"
     title: ClassVar[str] = "ambient loss"
@@ -227,36 +275,12 @@ class AmbientLoss(Effect):
         return 1.0 / density
 
     def terms(self, scene, fluid):
+        conduction = scene.effects["heat"]
         yield Term("heat.exchange", heat.HeatAmbientLoss(
             fluid, list(scene.fluids),
-            coefficient=self.coefficient * scene.effects["heat"].acceleration, T_ambient=self.T_ambient,
-            rho0=scene.rho0, threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene)))
+            coefficient=self.coefficient * conduction.acceleration, T_ambient=self.T_ambient, rho0=scene.rho0,
+            threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=scene.material.c_l,
+            c_dry=scene.material.c_v, k_wet=conduction.k_wet(scene.material) if "phases" in scene.effects else 0.0))
         if scene.solids:
             yield Term("heat.exchange", heat.HeatAmbientWall(
                 fluid, list(scene.solids), spacing=scene.spacing, dim=scene.dim))
-
-
-@dataclass(frozen=True, kw_only=True)
-class HeatSource(Effect):
-    """Uniform volumetric heating."""
-
-    slot: ClassVar[str] = "source"
-    title: ClassVar[str] = "volumetric source"
-    requires: ClassVar[tuple[str, ...]] = ("heat",)
-    density: float = param(None, "W/m^3", "power density before the factor A", may_change=True)
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.density is None:
-            raise ValueError("source: give its power density [W/m^3] (source.density)")
-
-    def properties(self, scene):
-        return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,
-                         cumulative=True),)
-
-    def flows(self, scene):
-        return (Flow("energy_source", +1, prop="q_source"),)
-
-    def terms(self, scene, fluid):
-        yield Term("heat.exchange", heat.HeatSource(
-            fluid, None, density=self.density * scene.effects["heat"].acceleration, rho0=scene.rho0))

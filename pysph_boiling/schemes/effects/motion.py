@@ -16,6 +16,7 @@ __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscos
 
 STANDARD = 0.07  # t*; the default time step
 PUSH = 0.15  # spacings that an acceleration may move a particle in one step
+EVENED = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
 
 
 class Sweeps(Tool):
@@ -50,8 +51,8 @@ class DensityConstraint(Effect):
                         "without a velocity; 0 leaves the start as it is", low=0)
     courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0,
                            may_change=True)
-    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|)", above=0.0,
-                                may_change=True)
+    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|); so is one in which "
+                                "viscosity and drag would make velocities overshoot", above=0.0, may_change=True)
     shortest: float = param(0.0125, "t*", "in a shorter step a density error that was there before it becomes no "
                             "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
     most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
@@ -153,7 +154,11 @@ class DensityConstraint(Effect):
         """The :class:`MotionLimits` of the integrator; without gravity the time step ``dt`` [s] is the unit of time."""
         fall = scene.fall_time
         shortest = self.shortest * (fall if scene.g else dt / STANDARD)
-        return MotionLimits(longest_step=self.longest_step * fall, shortest=shortest, tolerance=self.tolerance,
+        longest, rate = self.longest_step * fall, sum(
+            effect.rate_of_velocity(scene) for effect in scene.effects.values())
+        if rate > 0.0:
+            longest = min(longest, EVENED / rate)
+        return MotionLimits(longest_step=longest, shortest=shortest, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
@@ -327,9 +332,8 @@ class XSPHViscosity(Effect):
     def resolved(self, scene):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
 
-    def warnings(self, scene, dt):
-        if self.resolved(scene) * dt > 0.5:
-            yield f"viscosity.rate * dt = {self.resolved(scene) * dt:.2g} is above 0.5: velocities will overshoot"
+    def rate_of_velocity(self, scene):
+        return self.resolved(scene) * max(1.0, self.wall)  # neighbours of both kinds weigh 1 together
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", viscosity.PBFXSPHViscosity(

@@ -45,18 +45,29 @@ class PhaseChange(Effect):
         return tuple(rows)
 
     def columns(self, scene):
-        def count(phase):
-            return lambda arrays, scene: float(ranks.total(np.count_nonzero(gather(arrays, "phase") == phase)))
+        def count(which):
+            return lambda arrays, scene: float(ranks.total(np.count_nonzero(which(arrays))))
 
-        def energy(phase):
+        def energy(which):
             return lambda arrays, scene: ranks.total(float(np.sum(
-                (gather(arrays, "m") * gather(arrays, "e"))[gather(arrays, "phase") == phase])))
+                (gather(arrays, "m") * gather(arrays, "e"))[which(arrays)])))
 
+        def state(phase):
+            return lambda arrays: gather(arrays, "phase") == phase
+
+        def superheated(above):
+            def which(arrays):
+                held = gather(arrays, "e_lat") if self.interrupt == "hold" else 0.0
+                return state(Phase.SUPERHEATED)(arrays) & ((gather(arrays, "e") > held) == above)
+            return which
+
+        states = {phase.name.lower(): (state(phase), f"in state {phase.name.lower()}") for phase in Phase}
+        states["superheated"] = superheated(True), "of liquid above T_sat"
+        states["held"] = superheated(False), "of liquid at T_sat without a site: interrupted, or fed"
         columns = []
-        for phase in Phase:
-            name = phase.name.lower()
-            columns.append(Column(f"n_{name}", "-", f"particles in state {name}", count(phase)))
-            columns.append(Column(f"energy_{name}", "J", f"enthalpy of the particles in state {name}", energy(phase)))
+        for name, (which, meaning) in states.items():
+            columns.append(Column(f"n_{name}", "-", f"particles {meaning}", count(which)))
+            columns.append(Column(f"energy_{name}", "J", f"enthalpy of the particles {meaning}", energy(which)))
         columns += [
             cumulative("n_nucleated", "-", "particles vaporised by completing their latent heat, since the start",
                        "vaporised"),
@@ -80,8 +91,10 @@ class PhaseChange(Effect):
         conductivities = dict(k_l=k(material.k_l), k_v=k(material.k_v))
         hold = self.interrupt == "hold"
         temperature = phase_change.PhaseTemperatureHold if hold else phase_change.PhaseTemperature
+        after = phase_change.PhaseTemperatureAfterHold if hold else phase_change.PhaseTemperatureAfter
         edges = phase_change.PhaseEdgesHold if hold else phase_change.PhaseEdges
         yield Term("heat.temperature", temperature(fluid, None, **state, **conductivities))
+        yield Term("heat.update", after(fluid, None, **state))
         yield Term("phases.kinetic", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
         if self.vapour_as_site and self.kinetic == "site":
             yield Term("phases.kinetic", phase_change.PhaseVapourCondition(
