@@ -115,5 +115,5 @@ def test_vessel_without_liquid_steps_and_closes(dim):
     stepper, fluid, ledger = empty("boil", dim, "liquid")
     stepper.step(10)
     row = ledger.rows[-1]
-    assert row["n_vented"] == len(fluid.x) and row["n_held"] + row["n_liquid"] > 0 == row["n_superheated"]
+    assert row["n_vented"] == len(fluid.x)
     assert abs(row["energy_residual"]) <= 1e-12 and abs(row["mass_residual"]) <= 1e-13
