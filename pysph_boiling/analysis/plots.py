@@ -1,4 +1,6 @@
 """The history of a run in one figure; matplotlib is imported where it draws."""
+from fnmatch import fnmatchcase
+
 import numpy as np
 
 from pysph_boiling.analysis.rendering import INK, PHASE_COLOURS
@@ -61,7 +63,7 @@ def _draw_panels(names, t, columns, dim=3):
     for ax, name in zip(grid, names):
         title, draw, needs = PANELS[name]
         ax.set_title(title)
-        draw(ax, t, {column: columns[column] for column in needs if column in columns})
+        draw(ax, t, {column: columns[column] for need in needs for column in columns if fnmatchcase(column, need)})
         if dim == 2:
             ax.set_ylabel(ax.get_ylabel().replace("[J]", "[J/m]"))
         _finish(ax, t)
@@ -130,6 +132,18 @@ def _energy(ax, t, columns):
     ax.set_ylabel("energy [J]")
 
 
+def _mechanics(ax, t, columns):
+    works = {name: values for name, values in columns.items() if name.startswith("work_") and name != "work_residual"}
+    _line(ax, t, columns["kinetic_energy"], "kinetic energy", INK)
+    most = max(np.abs(values).max() for values in works.values()) if works else 0.0
+    shown = sorted((name for name, values in works.items() if np.abs(values).max() > 0.01 * most),
+                   key=lambda name: -np.abs(works[name]).max())
+    for number, name in enumerate(shown):
+        colour = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)[number % 5]
+        _line(ax, t, works[name], name.removeprefix("work_"), colour, linestyle="-" if number < 5 else "--")
+    ax.set_ylabel("work since start [J]")
+
+
 def _residual(ax, t, columns):
     _line(ax, t, np.maximum(np.abs(columns["energy_residual"]), RESIDUAL_FLOOR), None, INK)
     ax.axhline(LEDGER_LIMIT, color=PHASE_COLOURS[Phase.VAPOUR], linewidth=1.0, linestyle="--",
@@ -172,7 +186,8 @@ def _finish(ax, t):
         ax.legend(handles, labels)
 
 
-#: name of a panel -> its title, its function, and the columns of which it needs at least one
+#: name of a panel -> its title, its function, and the columns of which it needs at least one; it also draws those that
+#: match a pattern
 PANELS = {
     "liquid": ("Liquid", _counts, ("n_liquid",)),
     "phases": ("Hot liquid and vapour", _counts, ("n_superheated", "n_transition", "n_vapour")),
@@ -180,6 +195,7 @@ PANELS = {
     "events": ("Events", _events, ("n_nucleated", "n_burst", "n_condensed", "n_vented")),
     "temperature": ("Temperature", _temperature, ("T_mean", "T_max")),
     "energy": ("Energy ledger", _energy, ("energy", "energy_in", "energy_out", "energy_model_leak")),
+    "mechanics": ("Mechanical ledger", _mechanics, ("work_*", "kinetic_energy")),
     "residual": ("Energy ledger, residual", _residual, ("energy_residual",)),
     "density": ("Density error", _density, ("density_error_mean", "density_error_max")),
     "sweeps": ("Work per step", _sweeps, ("sweeps", "heat_subcycles")),

@@ -105,6 +105,7 @@ RULES = {
     "venting": (("bubbles", "density"), lambda f, on: f.g > 0.0, "bubbles reach the surface", "no gravity"),
     "refill": (("venting", "container"), lambda f, on: on["venting"].mode == "remove", "what leaves is to come back",
                "the lid returns what is vented"),
+    "mechanics": (("density",), lambda f, on: "mechanics" in f.candidates, "asked for", "only if asked for"),
 }
 
 

@@ -117,7 +117,7 @@ class PBFIntegrator(Integrator):
     """
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
-             frozen=False, skin=0.0, motion=None):
+             frozen=False, skin=0.0, motion=None, meter=None):
         """Tell the integrator what was built.
 
         ``stages`` names in the order of the evaluators; ``arrays`` pairs of names and a list that is filled with
@@ -125,13 +125,14 @@ class PBFIntegrator(Integrator):
         whose neighbour lists are used; ``conditions`` maps a stage to functions of the fluid arrays, one of which must
         hold for a step to run it (no functions: always); ``heat_limit`` the explicit limit of the heat step [s];
         ``step_limit`` the largest change of enthalpy in one heat step [J/kg]; ``skin`` how much further than the
-        support neighbour lists reach [m]; ``motion`` a :class:`MotionLimits`.
+        support neighbour lists reach [m]; ``motion`` a :class:`MotionLimits`; ``meter`` what
+        measures the parts of a step, if anything does (:mod:`~pysph_boiling.schemes.effects.mechanics`).
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]
         self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
         self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
-        self.motion = motion
+        self.motion, self.meter = motion, meter
         self.heat_subcycles = 0
         self.searched, self.searches = False, 0
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
@@ -157,6 +158,8 @@ class PBFIntegrator(Integrator):
                 set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
                 set_constant(pa, "sweeps", 0.0)
         for k in range(n):
+            if self.meter:
+                self.meter.begin(dt / n)
             super().step(time + k * dt / n, dt / n)
 
     def settle(self):
@@ -185,8 +188,12 @@ class PBFIntegrator(Integrator):
 
     def compute_accelerations(self, index=0, update_nnps=True):
         start = perf_counter()
+        if self.meter:
+            self.meter.predicted()
         super().compute_accelerations(index, update_nnps)
         name = list(self.stages)[index]
+        if self.meter:
+            self.meter.mark(name)
         self.wall_time[name] += perf_counter() - start
         self.runs[name] += 1
 

@@ -19,6 +19,7 @@ from pysph_boiling.particles import (
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
+from pysph_boiling.schemes.effects.mechanics import FORCES, Meter
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -54,7 +55,7 @@ class PBFScheme(Scheme):
     Limits: a fixed time step; mirror domains are not supported; no periodic domain on several MPI ranks.
     """
 
-    slots = ("density", "container", "viscosity")
+    slots = ("density", "container", "viscosity", "mechanics")
     material = None
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
@@ -219,8 +220,11 @@ class PBFScheme(Scheme):
                 if place in table:
                     yield lambda hook=table[place]: hook(self.arrays)
 
+        meter = Meter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
+        apart = dict.fromkeys(FORCES, meter.share) if meter else {}
         tag = vector_tag()
-        built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag)
+        built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag,
+                                         apart=apart)
                  for stage in STAGES}
         built = {name: groups for name, groups in built.items() if groups}
         heat_limit = step_limit = math.inf
@@ -236,7 +240,7 @@ class PBFScheme(Scheme):
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
-                ghosts=self.ghosts, pairs=self.pairs(), conditions=called_for, heat_limit=heat_limit,
+                ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=called_for, heat_limit=heat_limit,
                 step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
                 motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None)
         for effect in self.effects.values():

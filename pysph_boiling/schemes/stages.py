@@ -4,6 +4,7 @@
 says only to which group a term belongs; the table gives the order. A stage without terms is not built.
 """
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 from pysph.sph.equation import Equation, Group
@@ -163,13 +164,14 @@ class Hooks(list):
             hook()
 
 
-def build_stage(stage, terms, *, limits, conditions, hooks, tag=""):
+def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
     """PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
 
     ``limits`` maps the name of an iterated block to (min, max), ``conditions`` that of a conditional one to a function
     of (t, dt); ``hooks(place, spec)`` lists what runs on the host after a group. Groups are named, since PySPH writes
     the names into the generated source, whose text is the key of its cache; ``tag`` ends them, and says with which
-    flags that source is compiled. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
+    flags that source is compiled. ``apart`` maps a place whose terms stand in one group for each owner to what runs
+    after it, called with the owner. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
     nothing else on every backend. A group does all that it does to one array before it turns to the next one, so what
     neighbours read is written in another group (``tests/unit/test_order.py``).
     """
@@ -177,10 +179,16 @@ def build_stage(stage, terms, *, limits, conditions, hooks, tag=""):
     for number, block in enumerate(stage.blocks):
         groups = []
         for spec in block.groups:
-            equations = [term.equation for term in terms if term.place == f"{stage.name}.{spec.name}"]
-            if equations:
-                place = f"{stage.name}.{spec.name}"
-                groups.append(Group(equations, name=place.replace(".", "_"), post=Hooks(hooks(place, spec)) or None,
+            place = f"{stage.name}.{spec.name}"
+            here = [term for term in terms if term.place == place]
+            if place in (apart or {}):
+                for owner in dict.fromkeys(term.owner for term in here):
+                    equations = [term.equation for term in here if term.owner == owner]
+                    groups.append(Group(equations, name=f"{place}_{owner}".replace(".", "_"),
+                                        post=partial(apart[place], owner)))
+            elif here:
+                groups.append(Group([term.equation for term in here], name=place.replace(".", "_"),
+                                    post=Hooks(hooks(place, spec)) or None,
                                     condition=conditions.get(block.when)))
         if groups:
             options = {}

@@ -58,3 +58,17 @@ def test_oscillation_does_not_throw_the_pool(tmp_path):
     paid = app.facts()["swelling if none vents"][0]
     assert 0.5 <= energy["with"] / energy["without"] <= 2.0  # measured 1.1; 11 where the push knew no speed
     assert 0.5 * paid <= swelling["with"] <= 1.5 * paid  # measured 1.27; 2.9 where the push knew no speed
+
+
+def test_mechanical_ledger_goes_on_in_a_resumed_run(tmp_path):
+    tables = {}
+    for name, parts in (("whole", [[]]), ("resumed", [["--max-steps", "30"], ["--resume"]])):
+        for options in parts:
+            app = ExplosiveBoiling(output_dir=str(tmp_path / name))
+            app.run([*SMALL, "--duration", "0.06", "--frame", "0.01", "--mechanics", "--no-pictures", "--openmp",
+                     *options])
+        tables[name] = app.ledger.table()
+    whole, resumed = tables["whole"], tables["resumed"]
+    assert np.max(np.abs(whole["work_residual"])) <= 1e-12 and whole["n_burst"][-1] >= 10
+    works = [name for name in whole if name.startswith(("work_", "kinetic_"))]
+    assert len(works) >= 8 and all(np.array_equal(whole[name], resumed[name]) for name in works)

@@ -32,6 +32,7 @@ from pysph_boiling.schemes.effects import (
     Heater,
     HeatSource,
     LatentPooling,
+    MechanicalLedger,
     Oscillation,
     PhaseChange,
     Refill,
@@ -183,8 +184,27 @@ def test_storage_in_sites_adds_what_it_owns():
         assert what(after) - what(before) == own and what(before) <= what(after)
 
 
+def test_mechanical_ledger_adds_what_it_owns():
+    """It cannot be in FULL, since it sets the forces of each effect apart."""
+    before, after = make(effects=sets.BOIL), make(effects={**sets.BOIL, "mechanics": MechanicalLedger()})
+    owners = {"density", "viscosity", "nucleation", "buoyancy", "tension", "adhesion", "drag", "venting"}
+    parts = owners | {"gravity", "vented"}
+    for what, own in (
+        (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, set()),
+        (lambda m: set(m[1][0].properties), {f"a{axis}_by_{owner}" for owner in owners for axis in "uvw"}),
+        (lambda m: set(m[1][0].constants), {f"work_{part}" for part in parts} | {"work_moved", "kinetic_start"}),
+        (lambda m: {column.name for column in Ledger(m[0]).columns},
+         {f"work_{part}" for part in parts} | {"kinetic_energy", "work_residual"}),
+    ):
+        assert what(after) - what(before) == own and what(before) <= what(after)
+    names = [[group.name for _, group in subgroups(made[2])] for made in (before, after)]
+    assert set(names[0]) - set(names[1]) == {"forces_sum", "forces_release"}
+    assert set(names[1]) - set(names[0]) == {f"forces_sum_{owner}" for owner in owners - {"venting"}} | {
+        "forces_release_venting"}
+
+
 def test_every_slot_is_tested():
-    assert set(OWNS) == set(BoilingScheme.slots) - {"storage"} == {"density", *FULL}
+    assert set(OWNS) == set(BoilingScheme.slots) - {"storage", "mechanics"} == {"density", *FULL}
 
 
 def test_stage_without_terms_is_not_built():
@@ -225,7 +245,7 @@ def test_describe_names_stages_groups_and_owners():
 @pytest.mark.parametrize(("slot", "needed"), [(cls.slot, needed) for cls in CLASSES for needed in cls.requires])
 def test_missing_effect_is_named(slot, needed):
     scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **without(needed),
-                           **{slot: FULL.get(slot, SiteStorage())})
+                           **{slot: FULL[slot] if slot in FULL else EFFECTS[slot][0]()})
     with pytest.raises(ValueError, match=f"'{slot}'.* needs the effect '{needed}': pass {needed}="):
         scheme.terms()
 

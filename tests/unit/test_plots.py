@@ -18,7 +18,7 @@ BOIL = {
     **PLAIN, "n_liquid": 5000 - 900 * T, "n_transition": 40 * T, "n_superheated": 800 * T, "n_vapour": 60 * T,
     "n_bubbles": np.round(5 * T), "bubble_radius_mean": 4e-3 * (T > 0.3), "T_mean": 371.0 + T, "T_max": 373.0 + 9 * T,
     "energy": -50.0 + 8 * T, "energy_in": 10 * T, "energy_out": 2 * T, "energy_residual": 1e-15 * T,
-    "energy_model_leak": np.zeros(N),
+    "energy_model_leak": np.zeros(N), "kinetic_energy": T, "work_gravity": -3 * T, "work_drag": 1e-3 * T,
     "n_nucleated": 90 * T, "n_burst": 5 * T, "n_condensed": 3 * T, "n_vented": 30 * T, "heat_subcycles": np.ones(N),
 }
 
@@ -66,6 +66,7 @@ def test_curves_are_in_the_units_of_their_axes():
     labels = " ".join(ax.get_ylabel() for ax in figure.axes)
     assert curves["change of energy"] == pytest.approx(8 * T)
     assert curves["in − out"] == pytest.approx(8 * T)
+    assert curves["gravity"] == pytest.approx(-3 * T) and "drag" not in curves  # less than 1 % of the largest
     radius = curves["mean radius"]  # mm; no bubble, no radius
     assert np.all(np.isnan(radius[T <= 0.3]))
     assert radius[T > 0.3] == pytest.approx(4.0)

@@ -22,11 +22,12 @@ from pysph_boiling.schemes.effects.expansion import Expansion
 from pysph_boiling.schemes.effects.oscillation import Oscillation
 from pysph_boiling.schemes.effects.venting import Venting
 from pysph_boiling.schemes.effects.refill import Refill
+from pysph_boiling.schemes.effects.mechanics import MechanicalLedger
 
 __all__ = [
     "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
-    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "Oscillation", "PhaseChange", "PresetNucleation",
-    "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity", "check_parameters",
-    "check_temperatures", "cumulative", "gather", "heat_step_limit", "param", "total",
+    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
+    "PresetNucleation", "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity",
+    "check_parameters", "check_temperatures", "cumulative", "gather", "heat_step_limit", "param", "total",
 ]

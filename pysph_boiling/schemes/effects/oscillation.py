@@ -216,8 +216,8 @@ class Oscillation(Effect):
         vapour.put("thrust", push[vapour.index])
         arrays[0].n_pushed[0] += np.count_nonzero(push)
         move = (push[vapour.index] * w)[:, None] * way
-        work = np.sum(((step + 0.5 * move) * move).sum(axis=1) / w)
-        arrays[0].work_oscillation[0] += ranks.total(float(work)) / dt**2
+        given = (step + 0.5 * move) / dt**2 - np.array(scene.gravity)  # what gravity does with the push is not its own
+        arrays[0].work_oscillation[0] += ranks.total(float(np.sum(np.sum(given * move, axis=1) / w)))
         for pa in arrays:
             pa.pushes[0] += 1.0
         return True

@@ -119,6 +119,10 @@ class VentingTool(Tool):
         if n == 0:
             return
         m, e = gone.get("m"), gone.get("e")
+        if "work_vented" in pa.constants:
+            lost = 0.5 * float(np.sum(m * sum(gone.get(name)**2 for name in "uvw")))
+            pa.work_vented[0] -= lost
+            pa.work_moved[0] += lost
         pa.n_vented[0] += n
         if self.effect.mode == "lid":
             phase = Phase.SUPERHEATED if self.e_feed >= 0.0 else Phase.LIQUID

@@ -1,0 +1,177 @@
+"""The mechanical ledger: what gives the fluid its kinetic energy, and what takes it, part by part of a step."""
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from compyle.array import get_backend
+
+from pysph_boiling.particles import Property, fill, host
+from pysph_boiling.schemes.effects.base import Column, Effect, constant
+
+__all__ = ["MechanicalLedger", "Meter"]
+
+FORCES = ("forces.sum", "forces.release")  # places whose terms are told apart, by the effect that they belong to
+AXES = ("u", "v", "w")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MechanicalLedger(Effect):
+    """Books the work of each part of a step [J] since the start, so that kinetic energy closes as heat does.
+
+    .. math::  K - K_0 = W_{gravity} + W_{density} + \\sum_{terms} W + W_{oscillation} + W_{vented} + residual
+
+    ``work_gravity`` is m g times every displacement, also one that gives no velocity. ``work_density`` is what the
+    density constraint, the containers and the finite time step do besides; what swelling vapour does to the liquid
+    is in it. An acceleration a of the effect ``name`` does m (v + v')/2 . a dt from one velocity to the next:
+    ``work_<name>``. ``work_oscillation`` is booked by the push, ``work_vented`` by the venting. The residual is
+    relative to all that moved: 1e-12 and less, or something moves the fluid that nobody books.
+
+    Source: ours.   Limits: one rank, no device. The terms are summed group by group, so that a run with this effect
+    equals one without it to round-off, which grows in a chaotic flow.
+    """
+
+    slot: ClassVar[str] = "mechanics"
+    title: ClassVar[str] = "mechanical ledger"
+    requires: ClassVar[tuple[str, ...]] = ("density",)
+    on_ranks: ClassVar[bool] = False
+
+    def owners(self, scene):
+        """Slots of the effects that accelerate the fluid, in the order of their terms."""
+        return [slot for slot, effect in scene.effects.items()
+                if any(term.place in FORCES for term in effect.terms(scene, scene.fluids[0]))]
+
+    def parts(self, scene):
+        """Name of each part that is booked here: a column ``work_<part>``, and its meaning."""
+        parts = {"gravity": "work of gravity", "density": "work of the density constraint, containers and time step"}
+        parts.update({slot: f"work of the accelerations of '{slot}'" for slot in self.owners(scene)
+                      if slot != "density"})
+        if "venting" in scene.effects:
+            parts["vented"] = "kinetic energy that venting took, counted negative"
+        return parts
+
+    def properties(self, scene):
+        return tuple(Property(f"{axis}_by_{slot}", "m/s^2", f"acceleration by '{slot}'", state=True)
+                     for slot in self.owners(scene) for axis in ("au", "av", "aw"))
+
+    def constants(self, scene):
+        return {"kinetic_start": [0.0, 0.0], "work_moved": 0.0,
+                **{f"work_{part}": 0.0 for part in self.parts(scene)}}
+
+    def columns(self, scene):
+        def work(part):
+            return lambda arrays, scene: constant(arrays, f"work_{part}")
+
+        def residual(arrays, scene):
+            start, begun = arrays[0].kinetic_start
+            if not begun:
+                return 0.0
+            booked = sum(constant(arrays, f"work_{part}") for part in self.booked(scene))
+            return (kinetic(arrays) - start - booked) / max(constant(arrays, "work_moved"), start, 1e-300)
+
+        return (
+            Column("kinetic_energy", "J", "kinetic energy of the fluid", lambda arrays, scene: kinetic(arrays)),
+            *(Column(f"work_{part}", "J", f"{meaning}, since the start", work(part))
+              for part, meaning in self.parts(scene).items()),
+            Column("work_residual", "-", "kinetic energy not accounted for / all work so far, without signs", residual),
+        )
+
+    def booked(self, scene):
+        """All parts that add up to the change of the kinetic energy."""
+        return [*self.parts(scene), *(["oscillation"] if "oscillation" in scene.effects else [])]
+
+    def check(self, scene, arrays):
+        if get_backend() != "cython":
+            raise ValueError("mechanics (the mechanical ledger) reads every particle between the stages of a step: it "
+                             "does not run on a device; leave out --opencl, --cuda or --mechanics")
+
+    def prepare(self, scene, arrays):
+        """Gravity alone acts in the first step."""
+        for name in scene.fluids:
+            for axis, g in zip(("au", "av", "aw"), scene.gravity):
+                fill(arrays[name], f"{axis}_by_density", g)
+
+
+def kinetic(arrays):
+    """Kinetic energy of the real particles [J]."""
+    return sum(0.5 * float(np.sum(host(pa, "m") * sum(host(pa, name)**2 for name in AXES))) for pa in arrays)
+
+
+class Meter:
+    """Measures a step at the borders of its parts, for the integrator; ``arrays`` is filled by the scheme later.
+
+    ``begin`` stands before the prediction, ``mark`` after a stage, ``share`` after the terms of one effect.
+    """
+
+    def __init__(self, effect, scene, arrays):
+        self.arrays, self.scene = arrays, scene
+        self.owners, self.gravity = effect.owners(scene), np.array(scene.gravity)
+        self.summed = []
+
+    def book(self, part, work):
+        first = self.arrays[0]
+        first.constants[f"work_{part}"].get_npy_array()[0] += work
+        first.work_moved[0] += abs(work)
+
+    def potential(self):
+        """-m g . x, summed [J]."""
+        return -sum(float(np.sum(host(pa, "m") * sum(g * host(pa, axis) for g, axis in zip(self.gravity, "xyz"))))
+                    for pa in self.arrays)
+
+    def kinetic(self):
+        """Kinetic energy of the displacement so far [J]."""
+        return sum(0.5 * float(np.sum(host(pa, "m") * sum(host(pa, name)**2 for name in ("sx", "sy", "sz"))))
+                   for pa in self.arrays) / self.dt**2
+
+    def begin(self, dt):
+        """Work of each acceleration in the prediction that follows, from the velocity before it to that after it."""
+        self.dt = dt
+        if self.arrays[0].kinetic_start[1] == 0.0:
+            self.arrays[0].kinetic_start[:] = kinetic(self.arrays), 1.0
+        self.place, free = self.potential(), 0.0
+        for slot in self.owners:
+            work = 0.0
+            for pa in self.arrays:
+                rate = sum((host(pa, axis) + 0.5 * dt * host(pa, f"a{axis}")) * host(pa, f"a{axis}_by_{slot}")
+                           for axis in AXES)
+                work += float(np.sum(host(pa, "m") * rate)) * dt
+            if slot == "density":
+                free = work  # of gravity, on the velocity
+            else:
+                self.book(slot, work)
+        self.energy = None
+        self.free = free
+
+    def predicted(self):
+        """After the prediction, before any stage."""
+        if self.energy is None:
+            self.energy = self.kinetic()
+            fallen = self.fallen()
+            self.book("density", self.free - fallen)
+
+    def fallen(self):
+        """Book the work of gravity since the last call [J]."""
+        place = self.potential()
+        work, self.place = self.place - place, place
+        self.book("gravity", work)
+        return work
+
+    def mark(self, stage):
+        """After a stage: what it did to the kinetic energy, less what gravity did."""
+        if stage not in ("density", "oscillation", "forces"):
+            return
+        energy = kinetic(self.arrays) if stage == "forces" else self.kinetic()
+        work = energy - self.energy - self.fallen()
+        self.energy = energy
+        if stage == "oscillation":
+            self.arrays[0].work_moved[0] += abs(work)  # booked by the push itself
+        else:
+            self.book("density", work)
+
+    def share(self, slot):
+        """After the terms of one effect: what they added to the accelerations."""
+        now = [{axis: host(pa, f"a{axis}").copy() for axis in AXES} for pa in self.arrays]
+        before = self.summed if slot != self.owners[0] else [dict.fromkeys(AXES, 0.0)] * len(now)
+        for pa, new, old in zip(self.arrays, now, before):
+            for axis in AXES:
+                pa.get(f"a{axis}_by_{slot}", only_real_particles=True)[:] = new[axis] - old[axis]
+        self.summed = now
