@@ -5,13 +5,16 @@ drawing needs before it draws.
 """
 import csv
 import json
+import math
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 
 from pysph_boiling.analysis.ledger import write_json
 
-__all__ = ["FIGURES", "Figure", "Picture", "Section", "Statement", "Table", "figures", "spread", "write_csv"]
+__all__ = ["FIGURES", "Bound", "Figure", "Picture", "Section", "Statement", "Table", "bound", "figures", "judged",
+           "spread", "write_csv"]
 
 FIGURES = {}  # key -> class, filled by the modules below
 MODULES = ("sites", "states", "steady", "explosive", "single_bubbles", "modes", "tables", "sensitivity", "performance")
@@ -25,10 +28,39 @@ class Statement:
     ours: str
     agrees: bool | None
     why: str = ""
+    bounds: list = field(default_factory=list)  # of Bound, on which the verdict rests
 
     def __post_init__(self):
         if self.agrees is not None:  # NumPy's truth is not JSON's
             object.__setattr__(self, "agrees", bool(self.agrees))
+
+
+class Bound(NamedTuple):
+    """``least`` and ``most`` of what was measured, and the ends between which it must lie for a statement to agree."""
+
+    what: str
+    least: float
+    most: float
+    low: float
+    high: float
+
+
+def bound(what, values, low, high):
+    """The :class:`Bound` of measured ``values``, both ends included. ``ValueError`` where an end is missing."""
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise ValueError(f"{what} needs a bound on both sides, got {low} to {high}")
+    values = [float(value) for value in values]
+    return Bound(what, min(values), max(values), float(low), float(high))
+
+
+def judged(paper, ours, bounds, why="", told=True):
+    """A :class:`Statement` that agrees where every figure is within its bounds; NaN is not. Not ``told``: no verdict.
+
+    ``why`` is why it disagrees; what it would take to agree is said first.
+    """
+    agrees = all(one.low <= one.least and one.most <= one.high for one in bounds) if told else None
+    terms = ", ".join(f"{one.what} {one.low:.3g} to {one.high:.3g}" for one in bounds)
+    return Statement(paper, ours, agrees, f"agrees with {terms}" + (f"; {why}" if why and not agrees else ""), bounds)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE, PURPLE
-from pysph_boiling.reproduce.figure import Figure, Picture, Statement, Table, spread, write_csv
+from pysph_boiling.reproduce.figure import Figure, Picture, Table, bound, judged, spread, write_csv
 from pysph_boiling.reproduce.pictures import band, movie, plot, rendered, sheet
 from pysph_boiling.reproduce.sites import counts, curves, mean_between, members, rate_between, seeds, vessel_run
 
@@ -10,6 +10,7 @@ __all__ = ["NAMES", "ModesCounts", "ModesPictures", "bounded", "onset"]
 
 NAMES = {"dynamic": "ours", "gu": "Gu et al.", "li_xiao": "Li & Xiao"}
 COLOURS = {"dynamic": ORANGE, "gu": BLUE, "li_xiao": PURPLE}
+CRITICAL = 647.1  # K, of water: hotter is no liquid
 BOUNDED = 1.15  # the mean of the last third over that of the middle third
 
 
@@ -66,14 +67,14 @@ class ModesPictures(Figure):
                 ("bubbles", bubbles), ("made vapour [1/s]", made), ("vented [1/s]", vented))}})
         rows = [[NAMES[mode], *(spread(measured[mode]) for measured in (bubbles, made, vented))] for mode in NAMES]
         sites = counts(quick)[2]
-        limited = max(bubbles["li_xiao"]) < min(bubbles["dynamic"])
-        statements = [Statement(
+        statements = [judged(
             "In the model of Li & Xiao the number of bubbles is limited by the number of sites; it is not in ours.",
             f"Bubbles at a time, second half, with {sites} sites: {spread(bubbles['li_xiao'])} in theirs, "
-            f"{spread(bubbles['dynamic'])} in ours, {spread(bubbles['gu'])} in that of Gu et al. (agrees if every run "
-            "of ours has more than each of theirs).", None if quick else limited,
-            "In the small form theirs has hardly begun to boil." if quick else "" if limited else
-            "Theirs emits whole bubbles, of which several may be on their way up from one site.")]
+            f"{spread(bubbles['dynamic'])} in ours, {spread(bubbles['gu'])} in that of Gu et al.",
+            [bound("theirs a site", [n / sites for n in bubbles["li_xiao"]], 0.01, 1.0),
+             bound("ours a site", [n / sites for n in bubbles["dynamic"]], 1.0, 20.0)],  # more is a foam of particles
+            "In the small form theirs has hardly begun to boil." if quick else
+            "Theirs emits whole bubbles, of which several may be on their way up from one site.", not quick)]
         return self.section(
             pictures=pictures, statements=statements, data=["bubbles.csv"],
             tables=[Table(("model", "bubbles at a time", "net vapour [1/s]", "vented [1/s]"), rows,
@@ -108,26 +109,30 @@ class ModesCounts(ModesPictures):
         starts = {mode: [onset(one.table) for one in group] for mode, group in groups.items()}
         bursts = [100.0 * rate_between(one.table, "n_burst", 0.0, end) / rate_between(one.table, "produced", 0.0, end)
                   for one in groups["dynamic"]]
-        stays = all(agrees for agrees, _ in ours) and min(count["dynamic"]) > 0.0
-        more, hotter = (min(measured["li_xiao"]) > max(measured["dynamic"]) for measured in (count, hottest))
+        total = groups["gu"][0].result.record["particles"]["fluid"]
         statements = [
-            Statement("The model of Gu et al. cannot superheat liquid.",
-                      f"At most {none:.0f} superheated particles at any time, in every run.", none == 0.0),
-            Statement("Ours superheats, and dynamic nucleation keeps that bounded.",
+            judged("The model of Gu et al. cannot superheat liquid.",
+                      f"At most {none:.0f} superheated particles at any time, in every run.",
+                   [bound("superheated particles", [none], 0, 0), bound("share that is vapour, second half", [
+                       mean_between(one.table, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)]),
+            judged("Ours superheats, and dynamic nucleation keeps that bounded.",
                       f"{spread(count['dynamic'])} superheated particles in the second half; the last third over the "
-                      f"middle third is {spread([ratio for _, ratio in ours])} (bounded: at most {BOUNDED}); vapour "
+                      f"middle third is {spread([ratio for _, ratio in ours])}; vapour "
                       f"from {spread(starts['dynamic'])} s on, {spread(bursts)} % of it by dynamic nucleation.",
-                      stays, "" if stays else "The pool still warms, so more of it is counted as superheated."),
-            Statement("Li & Xiao's superheats more liquid than ours once it boils.",
+                   [bound("last over middle third", [ratio for _, ratio in ours], 1.0 / BOUNDED, BOUNDED),
+                    bound("share of all particles", [n / total for n in count["dynamic"]], 0.001, 0.5)],
+                   "The pool still warms, so more of it is counted as superheated."),
+            judged("Li & Xiao's superheats more liquid than ours once it boils.",
                       f"{spread(count['li_xiao'])} superheated particles in the second half, ours "
                       f"{spread(count['dynamic'])}; theirs grows by a factor {spread(theirs)} from the middle to the "
-                      f"last third, and makes vapour from {spread(starts['li_xiao'])} s on "
-                      "(agrees if each of their runs is above each of ours).", more),
-            Statement("Nothing releases the excess energy there: it gets hotter than ours.",
+                      f"last third, and makes vapour from {spread(starts['li_xiao'])} s on.",
+                   [bound("particles in theirs", count["li_xiao"], max(count["dynamic"]), total)]),
+            judged("Nothing releases the excess energy there: it gets hotter than ours.",
                       "Highest temperature of liquid or vapour, mean of the second half: "
                       f"{spread(hottest['li_xiao'], digits=4)} K, ours {spread(hottest['dynamic'], digits=4)} K; "
-                      f"mean temperature {spread(warm['li_xiao'], digits=4)} and {spread(warm['dynamic'], digits=4)} K "
-                      "(agrees if each of their runs is above each of ours).", hotter),
+                      f"mean temperature {spread(warm['li_xiao'], digits=4)} and "
+                      f"{spread(warm['dynamic'], digits=4)} K.",
+                   [bound("temperature in theirs in K", hottest["li_xiao"], max(hottest["dynamic"]), CRITICAL)]),
         ]
         rows = [[NAMES[mode], *(spread(measured[mode], digits=4) for measured in (count, hottest, warm))]
                 for mode in NAMES]

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
+from pysph_boiling.reproduce.faults import caveat
+
 __all__ = ["VERDICTS", "Wording", "bare_title", "counts", "label", "origin", "sentence", "write_page"]
 
 VERDICTS = {True: "agrees", False: "disagrees", None: "cannot tell"}
@@ -144,6 +146,7 @@ def contents(sections):
 def one_section(section, folder, quick, wording):
     parts = [f'<section id="{section.key}">',
              f"<h2>{f'<small>{label(section.key)}</small>' * bool(label(section.key))}{text(bare_title(section))}</h2>"]
+    parts += [f"<p><strong>{text(caveat(section))}</strong></p>"] * bool(caveat(section))
     parts += [f"<p>{text(' '.join(paragraph.split()))}</p>" for paragraph in section.text.split("\n\n")
               if paragraph.strip()]
     parts += [line for picture in section.pictures for line in media(picture, folder)]

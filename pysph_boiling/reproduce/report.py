@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pysph_boiling import markdown
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.reproduce.faults import caveat
 from pysph_boiling.reproduce.figure import Section
 from pysph_boiling.reproduce.page import PAPER, VERDICTS, bare_title, counts, label, sentence
 
@@ -81,6 +82,7 @@ def lines(sections, stem, quick, wording):
                                 for section in sections])
     for section in sections:
         text += [f"## {label(section.key) or section.key}: {plain(bare_title(section))}", ""]
+        text += [f"**{plain(caveat(section))}**", ""] * bool(caveat(section))
         if section.text:
             text += [plain(section.text), ""]
         for picture in section.pictures:

@@ -193,7 +193,7 @@ class Table3(Figure):
             values = sorted({key[1] for key in outputs if key[0] == parameter})
             means = [np.mean([row["bursts"] for key, row in outputs.items() if key[:2] == (parameter, value)])
                      for value in values]
-            fewer = bool(np.all(np.diff(means) <= 0.0) and means[-1] <= 0.5 * means[0])
+            fewer = bool(np.all(np.diff(means) <= 0.0) and 1.0 <= means[-1] <= 0.5 * means[0])
             ours = grade(np.mean(slopes["bursts"]))
             return Statement("Q_crit: moderate sensitivity; higher values suppress explosive boiling, lower values "
                              "trigger it more often",
@@ -201,7 +201,8 @@ class Table3(Figure):
                              f"{', '.join(f'{mean:.3g}' for mean in means)}; sensitivity {spread(slopes['bursts'])}, "
                              f"{ours}",
                              fewer if quick else fewer and ours == "moderate",
-                             "agrees if the count never rises with Q_crit and at least halves over the range"
+                             "agrees if the count never rises with Q_crit, and falls to a half or less over the range, "
+                             "but not to nothing"
                              + ("" if quick else ", and the sensitivity is moderate"))
         worst = max(slopes, key=lambda name: np.nan_to_num(abs(np.mean(slopes[name])), nan=-1.0))
         ours = grade(np.mean(slopes[worst]))

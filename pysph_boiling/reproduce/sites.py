@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
-from pysph_boiling.reproduce.figure import Figure, Picture, Statement, Table, spread, write_csv
+from pysph_boiling.reproduce.figure import Figure, Picture, Table, bound, judged, spread, write_csv
 from pysph_boiling.reproduce.pictures import band, plot, sheet
 from pysph_boiling.reproduce.runs import Run
 
@@ -12,6 +12,7 @@ __all__ = ["Sites", "counts", "curves", "members", "mean_between", "production",
            "rises", "same_level", "seeds", "vessel_run"]
 
 COLOURS = (PURPLE, BLUE, GREEN, ORANGE)
+SOME, MOST = 0.01, 0.5  # share of all particles that is superheated: less is no level, more a pool that just heats up
 SIMILAR = 0.25  # largest difference between levels, in units of their mean
 RISES = 0.6  # smallest rank correlation; by chance 12 members exceed it one time in twenty
 
@@ -102,6 +103,13 @@ def rises(values):
     return bool(rank >= RISES and np.mean(values[sites[-1]]) > np.mean(values[sites[0]])), rank
 
 
+def rising(rank, values):
+    """Bounds of what rises with the number of sites: no more than in proportion to it."""
+    fewest, most = min(values), max(values)
+    ratio = np.mean(values[most]) / np.mean(values[fewest]) if np.mean(values[fewest]) > 0.0 else float("nan")
+    return [bound("rank correlation", [rank], RISES, 1.0), bound("most over fewest sites", [ratio], 1.0, most / fewest)]
+
+
 class Sites(Figure):
     """Does the number of preset sites matter to how much liquid is superheated, and to how much vapour is made?"""
 
@@ -144,27 +152,28 @@ class Sites(Figure):
         vessels = sheet([(group[0].result, 0.8 * end, named(sites)) for sites, group in groups.items()],
                         folder / "vessels.png", "The vessels at one time, seed 1.", columns=2)
 
-        similar, difference = same_level(level)
-        more_vapour, rank = rises(made)
-        more_heat, heat_rank = rises(power)
+        _, difference = same_level(level)
+        (_, rank), (_, heat_rank) = rises(made), rises(power)
+        total = groups[counts(quick)[0]][0].result.record["particles"]["fluid"]
         statements = [
-            Statement("Whatever the number of preset sites, the superheated count converges to a similar stable level.",
+            judged("Whatever the number of preset sites, the superheated count converges to a similar stable level.",
                       "Means of the last quarter: " + listed(level) + f" particles; they differ by {difference:.0%} of "
-                      f"their mean (similar: at most {SIMILAR:.0%}).", similar, "" if similar else
+                      "their mean.", [bound("difference", [difference], 0.0, SIMILAR), bound(
+                          "share of all particles", [value / total for values in level.values() for value in values],
+                          SOME, MOST)],
                       "Fewer sites cool less of the liquid; dynamic nucleation bounds how hot the rest gets, not how "
                       "much of it there is."),
-            Statement("The number of sites sets the rate at which bubbles are generated.",
+            judged("The number of sites sets the rate at which bubbles are generated.",
                       "Net vapour production in the second half: " + listed(made) + " particles/s; rank correlation "
-                      f"with the number of sites {rank:.2f} (rises: at least {RISES}, and most sites make more than "
-                      "fewest).", more_vapour, "" if more_vapour else
+                      f"with the number of sites {rank:.2f}.", rising(rank, made),
                       "Dynamic nucleation makes up for sites that are missing (fourth column of the table): what "
                       "it makes vapour is a site for the liquid round it."),
-            Statement("The number of sites sets the heat transfer.",
+            judged("The number of sites sets the heat transfer.",
                       "Heater power in the second half: " + listed(power) + f" {unit}; rank correlation "
-                      f"{heat_rank:.2f} (the same criterion).", None if quick else more_heat,
+                      f"{heat_rank:.2f}.", rising(heat_rank, power),
                       "Two seeds of a small vessel do not tell: the same form gave .59 and .83." if quick else
-                      "" if more_heat else "The plate's temperature is given, that of the liquid on it is bounded by "
-                      "dynamic nucleation whatever the number of sites: so is the flux between them."),
+                      "The plate's temperature is given, that of the liquid on it is bounded by "
+                      "dynamic nucleation whatever the number of sites: so is the flux between them.", not quick),
         ]
         rows = [[str(sites), *(spread(measured[sites]) for measured in (level, made, burst, power))]
                 for sites in groups]

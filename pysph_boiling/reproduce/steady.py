@@ -3,7 +3,7 @@ import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
 from pysph_boiling.phases import Phase
-from pysph_boiling.reproduce.figure import Figure, Picture, Statement, Table, spread, write_csv
+from pysph_boiling.reproduce.figure import Figure, Picture, Table, bound, judged, spread, write_csv
 from pysph_boiling.reproduce.pictures import band, movie, plot, rendered, sheet
 from pysph_boiling.reproduce.runs import Run
 from pysph_boiling.reproduce.sites import curves, members, rate_between, seeds
@@ -11,7 +11,10 @@ from pysph_boiling.reproduce.sites import curves, members, rate_between, seeds
 __all__ = ["BubbleRadius", "Cooling", "SteadyBoiling", "phases_of_growth", "surface", "surface_history", "variation"]
 
 STEADY = 0.25  # largest standard deviation of the vapour production over equal windows, in units of its mean
+MADE = 1e-4, 0.2  # share of all particles made vapour in a window: none, or a pool that is gone in five
+SPRAY = 3
 CALM = 0.2  # largest surface speed at the end, in units of its peak
+STILL = 1e-4  # and smallest: a surface that stands has been stopped, waves die out slowly
 PEAK = 1.10  # smallest ratio of the early peak of the mean radius to its level at the end
 PLATEAU = 0.10  # largest change of the mean radius within the last third, in units of its mean there
 
@@ -121,24 +124,26 @@ class SteadyBoiling(Figure):
             "n_vapour", "n_bubbles", "produced", "n_vented", "n_bubbles_vented", "n_condensed")))
 
         seconds = (end - begin) / windows
-        deviations = [variation(one.table, "produced", begin, end, windows)[1] for one in group]
+        made, deviations = zip(*(variation(one.table, "produced", begin, end, windows) for one in group))
         popped = [variation(one.table, "n_bubbles_vented", begin, end, windows) for one in group]
         left_base = [[n for t, n in one.result.record["departures"] if t >= begin] for one in group]
         cycles = [(end - begin) * one.result.record["parameters"]["sites"]["value"] / max(1, len(sizes))
                   for one, sizes in zip(group, left_base)]
-        steady = max(deviations) <= STEADY
-        busy = min(float(grown.min()) for grown, _ in popped) > 0.0
+        # what leaves in bubbles of less than SPRAY particles is spray
+        many = min(rate_between(one.table, "n_vented", begin, end) for one in group) * (end - begin) / SPRAY
         statements = [
-            Statement("Bubble generation is consistent.",
+            judged("Bubble generation is consistent.",
                       f"Net vapour production in {windows} windows of {seconds:.2g} s deviates by {spread(deviations)} "
-                      f"of its mean (consistent: at most {STEADY} in every run).", steady),
-            Statement("Nucleation cycles are stable: bubbles keep growing, departing and breaking the surface.",
+                      "of its mean.", [bound("deviation", deviations, 0.0, STEADY), bound(
+                          "particles made in a window, of all", [grown.mean() / one.result.record["particles"]["fluid"]
+                                                                 for one, grown in zip(group, made)], *MADE)]),
+            judged("Nucleation cycles are stable: bubbles keep growing, departing and breaking the surface.",
                       f"{spread([float(grown.mean()) / seconds for grown, _ in popped])} bubbles reach the surface a "
-                      f"second; in the poorest window of any run {min(grown.min() for grown, _ in popped):.0f} do "
-                      "(stable: never none).", None if quick else busy,
-                      "The small form makes too few bubbles to tell." if quick else "" if busy else
+                      f"second; in the poorest window of any run {min(grown.min() for grown, _ in popped):.0f} do.",
+                      [bound("bubbles in a window", np.concatenate([grown for grown, _ in popped]), 1, max(1, many))],
+                      "The small form makes too few bubbles to tell." if quick else
                       f"A site lets a bubble go every {spread(cycles, 's')}, and several do so together: between them "
-                      f"{seconds:.2g} s pass without one."),
+                      f"{seconds:.2g} s pass without one.", not quick),
         ]
         rows = [[str(number), f"{len(sizes) / (end - begin):.3g}", f"{np.median(sizes) if sizes else 0:.3g}",
                  f"{rate_between(one.table, 'n_vented', begin, end):.3g}"]
@@ -205,18 +210,21 @@ class Cooling(Figure):
                       for measure, begin in ((np.max, 0.0), (np.mean, end - 0.15 * (end - off))))
         slower = [b / a for a, b in zip(peak["speed"], rest["speed"])]
         statements = [
-            Statement("Bubbles condense once the heat source is removed.",
+            judged("Bubbles condense once the heat source is removed.",
                       f"Of {spread(before)} vapour particles at that time, {spread(condensed)} condense and "
-                      f"{spread(vented)} leave at the surface.", min(condensed) > 0.0),
-            Statement("The vapour disappears gradually.",
+                      f"{spread(vented)} leave at the surface.", [bound("share that condenses", [
+                          a / max(a + b, 1.0) for a, b in zip(condensed, vented)], 0.01, 1.0)]),
+            judged("The vapour disappears gradually.",
                       f"{spread(after)} vapour particles are left {end - off:.2g} s later" +
-                      (f"; the last is gone after {spread(gone)} s." if None not in gone else "."), max(after) == 0.0,
-                      "" if max(after) == 0.0 else "Vapour conducts little: what clings to the base condenses slowly."),
-            Statement("The surface settles.",
+                      (f"; the last is gone after {spread(gone)} s." if None not in gone else "."),
+                      [bound("vapour particles left", after, 0, 0), bound("share of the time it takes", [
+                          (end - off if one is None else one) / (end - off) for one in gone], 0.05, 1.0)],
+                      "Vapour conducts little: what clings to the base condenses slowly."),
+            judged("The surface settles.",
                       f"Its speed falls from {spread(peak['speed'])} m/s at most to {spread(rest['speed'])} m/s at the "
                       f"end, its roughness from {spread([1e3 * value for value in peak['roughness']])} to "
-                      f"{spread([1e3 * value for value in rest['roughness']])} mm (settles: the speed falls below "
-                      f"{CALM} times its peak in every run).", max(slower) <= CALM),
+                      f"{spread([1e3 * value for value in rest['roughness']])} mm.",
+                      [bound("speed over its peak", slower, STILL, CALM)]),
         ]
         return self.section(pictures=pictures, statements=statements, data=["history.csv", "surface.csv"])
 
@@ -247,20 +255,21 @@ class BubbleRadius(SteadyBoiling):
         growth = [phases_of_growth(one.table["t"], one.table["bubble_radius_mean"]) for one in group]
         peaks = [peak / level for peak, _, level, _ in growth]
         changes = [change for *_, change in growth]
-        peaked, level = min(peaks) >= PEAK, max(map(abs, changes)) <= PLATEAU
         small = "The small form is too short and has too few bubbles to tell." if quick else ""
         levels = [1e3 * one[2] for one in growth]
         statements = [
-            Statement("The mean radius peaks early and then relaxes.",
+            judged("The mean radius peaks early and then relaxes.",
                       f"Largest value in the first half: {spread(peaks)} times the level at the end, after "
-                      f"{spread([when for _, when, *_ in growth])} of the boiling time (agrees if at least {PEAK} in "
-                      "every run).", None if quick else peaked, small or ("" if peaked else
+                      f"{spread([when for _, when, *_ in growth])} of the boiling time.",
+                      [bound("peak over level", peaks, PEAK, 3.0)], small or
                       "Bubbles here grow from single particles at their sites until they depart, so the mean first has "
-                      "to rise to its level.")),
-            Statement("Then it stays at a stable level.",
+                      "to rise to its level.", not quick),
+            judged("Then it stays at a stable level.",
                       f"{spread(levels)} mm in the last third, where it changes by "
-                      f"{spread([100.0 * change for change in changes])} % (stable: at most {PLATEAU:.0%} in every "
-                      "run).", None if quick else level, small),
+                      f"{spread([100.0 * change for change in changes])} %.",
+                      [bound("change", changes, -PLATEAU, PLATEAU), bound("level in spacings", [
+                          1e-3 * one / group[0].result.record["spacing"] for one in levels], 0.7, 8.0)], small,
+                   not quick),
         ]
         return self.section(
             pictures=[Picture("radius.png", "Mean equivalent radius of the bubbles; mean and range over the seeds.")],

@@ -28,13 +28,13 @@ def has_colour(path, colour):
     return bool((np.abs(imread(path)[..., :3] - rgb).max(axis=-1) < 0.02).any())
 
 
-@pytest.mark.parametrize(("dim", "unit"), [(2, "energy [J/m]"), (3, "energy [J]")])
+@pytest.mark.parametrize(("dim", "unit"), [(2, "[J/m]"), (3, "[J]")])
 def test_energies_of_two_dimensions_are_for_a_metre_of_depth(tmp_path, monkeypatch, dim, unit):
     labels = []
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: labels.extend(
         axes.get_ylabel() for axes in figure.axes))
     plot_history(BOIL, tmp_path / "history.png", dim=dim)
-    assert [label for label in labels if "[J" in label] == [unit]
+    assert [label for label in labels if "[J" in label] == [f"energy {unit}", f"work since start {unit}"]
 
 
 def test_full_history_has_every_panel_and_leaves_no_trace(tmp_path):
