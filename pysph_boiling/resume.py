@@ -46,7 +46,7 @@ def settings(application):
     may = marks(p)
     scene = {name: Setting(f"--{name.replace('_', '-')}", row["value"], row["unit"], may[name])
              for name, row in with_units(p).items()}
-    solver = {"dim": Setting("dim", scheme.dim),
+    solver = {"fname": Setting("--fname", application.fname), "dim": Setting("dim", scheme.dim),
               "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
               "kernel": Setting("--kernel", type(scheme.kernel).__name__),
               "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),

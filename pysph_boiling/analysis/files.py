@@ -117,12 +117,15 @@ def step_of(name):
     return int(found[2]) if found else -1
 
 
-def output_files(folder):
+def output_files(folder, name=None):
     """Paths (str) of the particle files of a run, in order of time; none where there are none.
 
-    Errors: ``ValueError`` for a folder that holds files of several runs, and no list that tells ours from others.
+    ``name`` is that of the run, with which its files begin; the folder tells if it is not given. Errors: ``ValueError``
+    for a folder that holds files of several runs, and no list that tells ours from others.
     """
     found = [path for path in Path(folder).glob("*.hdf5") if PARTICLES.fullmatch(path.name)]
+    if name is not None:
+        found = [path for path in found if PARTICLES.fullmatch(path.name)[1] == name]
     ours = Manifest(folder).known
     found = [path for path in found if path.name in ours] or found
     runs = sorted({PARTICLES.fullmatch(path.name)[1] for path in found})
@@ -132,9 +135,9 @@ def output_files(folder):
     return [str(path) for path in sorted(found, key=lambda path: step_of(path.name))]
 
 
-def last_output(folder):
-    """The newest particle file that reads whole, or ``None``."""
-    for file in reversed(output_files(folder)):
+def last_output(folder, name=None):
+    """The newest particle file that reads whole, or ``None``; folder and name as for :func:`output_files`."""
+    for file in reversed(output_files(folder, name)):
         try:
             check_output(file)
         except ValueError:

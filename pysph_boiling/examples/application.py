@@ -476,7 +476,7 @@ class SceneApplication(Application):
     @property
     def output_files(self):
         """Particle files of this run, in order of time."""
-        return output_files(self.output_dir)
+        return output_files(self.output_dir, self.fname)
 
     def _setup_argparse(self):
         super()._setup_argparse()

@@ -17,7 +17,7 @@ from pysph.sph.equation import Group
 from pysph.sph.scheme import WCSPHScheme
 
 from pysph_boiling import inherited
-from pysph_boiling.analysis.files import last_output, read_output
+from pysph_boiling.analysis.files import last_output, output_files, read_output
 from pysph_boiling.checks import require
 from pysph_boiling.device import send
 from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatTemperatureAfter, HeatUpdate
@@ -69,6 +69,11 @@ class ReuseWCSPH(Application):
 
     def consume_user_options(self):
         inherited.check(self.options)
+
+    @property
+    def output_files(self):
+        """Particle files of this run; PySPH's own list takes every file whose name begins alike."""
+        return output_files(self.output_dir, self.fname)
 
     def create_scheme(self):
         return WCSPHScheme(["fluid"], [], dim=2, rho0=WATER.rho_l, c0=C_0, h0=self.hdx * SPACING, hdx=self.hdx)
@@ -160,7 +165,7 @@ class ReuseWCSPH(Application):
         self.read_info(info_fname_or_directory)
         figure = Figure(figsize=(5, 4), layout="constrained")
         axes = figure.subplots()
-        arrays, data = read_output(last_output(self.output_dir))
+        arrays, data = read_output(last_output(self.output_dir, self.fname))
         t, fluid = data["t"], arrays["fluid"]
         x = np.linspace(0.0, LENGTH, 200)
         for now, line in ((0.0, "k:"), (t, "k-")):

@@ -57,6 +57,10 @@ def test_flow_is_that_of_the_host(app):
 def test_files(app):
     names = {path.name for path in Path(app.output_dir).iterdir()}
     assert {"profile.png", f"{app.fname}.info"} <= names and len(app.output_files) == 2
+    measured = Path(app.output_dir) / f"{app.fname}_measured.hdf5"  # the user's, who names it alike
+    measured.write_text("mine")
+    assert len(app.output_files) == 2 and app.post_process(app.info_filename).endswith("profile.png")
+    measured.unlink()
 
 
 @pytest.mark.parametrize(("prop", "change", "message"), [

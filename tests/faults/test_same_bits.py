@@ -8,10 +8,11 @@ from pysph_boiling.analysis.files import output_files, read_output
 from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.inherited import SEARCHES
 
-DAM = (DamBreak, ["--quick", "--tf", "0.1", "--openmp"], (7, 12, 20))  # 30 steps, an output every 6
+DAM = (DamBreak, ["--quick", "--tf", "0.1"], (7, 12, 20))  # 30 steps, an output every 6
 POOL = (SteadyBoiling, ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration",
-                        "0.3", "--frame", "0.1", "--openmp"], (30, 41))
+                        "0.3", "--frame", "0.1"], (30, 41))
 OPTIONS = {
     "plain": [], "lists kept": ["--density.skin", "0.2"], "reference": ["--quality", "reference"],
     "draft": ["--quality", "draft"], "sorted": ["--reorder-freq", "4"], "sorted seldom": ["--reorder-freq", "5"],
@@ -20,7 +21,11 @@ OPTIONS = {
     "everything written": ["--detailed-output", "--density.skin", "0.2"], "packed": ["--compress-output"],
     "another search": ["--nnps", "sh", "--density.skin", "0.2"], "substeps": ["--substeps", "8"],
     "more sweeps": ["--density.max-sweeps", "12", "--density.tolerance", "1e-4"],
+    "by number": ["--sort-gids", "--density.skin", "0.2"], **{name: ["--nnps", name] for name in SEARCHES[1:]},
 }
+COMPILED = {  # these compile kernels of their own
+    "Wendland": ["--kernel", "WendlandQuintic"], "Chebyshev": ["--density.acceleration", "0.9"],
+    "one thread": ["--no-openmp"], "friction": ["--viscosity.wall", "0"]}
 
 
 def parts(case, folder, options, stops):
@@ -29,8 +34,9 @@ def parts(case, folder, options, stops):
     for number, stop in enumerate((*stops, None)):
         application = scene()
         application.check_final = lambda: None
-        application.run([*arguments, *options, "--no-pictures", "-d", str(folder), *(["--resume"] if number else []),
-                         *([] if stop is None else ["--max-steps", str(stop)])])
+        backend = [] if "--no-openmp" in options else ["--openmp"]
+        part = [*(["--resume"] if number else []), *([] if stop is None else ["--max-steps", str(stop)])]
+        application.run([*arguments, *backend, *options, "--no-pictures", "-d", str(folder), *part])
     return application
 
 
@@ -50,9 +56,9 @@ def compare(case, options, tmp_path):
     return whole
 
 
-@pytest.mark.parametrize("name", OPTIONS)
+@pytest.mark.parametrize("name", [*OPTIONS, *(pytest.param(name, marks=pytest.mark.slow) for name in COMPILED)])
 def test_dam_break_in_parts(name, tmp_path):
-    options = OPTIONS[name]
+    options = (OPTIONS | COMPILED)[name]
     whole = compare(DAM, options, tmp_path)
     fluid = whole.scheme.arrays[0]
     assert np.max(np.hypot(fluid.u, fluid.v)) > 0.3, "it hardly moved"
