@@ -95,6 +95,10 @@ class DamBreak(SceneApplication):
         for axis in "xyz"[:self.parameters.dim]:
             values, k = fluid.get(axis), "xyz".index(axis)
             require(np.all((values > lower[k]) & (values < upper[k])), f"particles left the tank along {axis}")
+        fastest = np.sqrt(np.max(fluid.u**2 + fluid.v**2 + fluid.w**2))
+        fall = np.sqrt(2.0 * self.scheme.scene().g * (upper[self.parameters.dim - 1] - lower[self.parameters.dim - 1]))
+        require(fastest <= 2.0 * fall, f"a particle has {fastest:.3g} m/s: falling through the tank gives {fall:.3g}, "
+                "and a jet that is squeezed out is at most twice as fast")
         error = self.front_error()
         require(error <= FRONT_TOLERANCE, f"front is {error:.1%} outside the range of the experiments")
 
