@@ -134,10 +134,15 @@ class ExplosiveBoiling(SceneApplication):
         self.check_needs("burst")
         results = self.ledger.table()
         burst, particles = results["n_burst"][-1], sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
-        require(burst >= 0.01 * particles, f"{burst:g} of {particles} particles burst; at least 1 % must")
+        p, material = self.parameters, self.scheme.material
+        paid = p.hot * material.c_l * p.superheat / material.L  # share of the water that the excess heat makes vapour
+        require(0.01 <= burst / particles <= paid, f"{burst:g} of {particles} particles burst; at least 1 % must, and "
+                f"no more than the {paid:.1%} that the excess heat pays for")
         level = self.measured()
         swelling = max(level) / level[0] - 1.0
-        require(swelling >= 0.04, f"the level rose by {swelling:.1%}; it must by at least 4 %")
+        v_exp = self.scheme.effects["expansion"].v_exp if "expansion" in self.scheme.effects else 1.0
+        most = max(1.75 * paid * (v_exp - 1.0), 0.08)  # bubbles swing together, drops fly, voids open
+        require(0.04 <= swelling <= most, f"the level rose by {swelling:.1%}; it must by 4 % to {most:.1%}")
         left = results["n_vapour"][-1] / results["n_vapour"].max()
         require(left <= 0.5, f"{left:.0%} of the vapour is still there at the end; half must have gone")
 

@@ -16,7 +16,7 @@ FAST = 0.5  # s; in which half of all vapour must have formed in an explosion, a
 USED = 0.75  # share of the excess sensible heat that must have gone when vapour peaks
 SWOLLEN, SETTLED = 0.05, 0.5  # rise of the level; share of that rise left at the end
 CALMED = 0.5  # share of the highest superheat that may be left when vapour peaks
-PAID = 1.5  # of the swelling that the excess heat pays for: as much may the level rise, with drops and voids in it
+PAID = 1.75  # of the swelling that the excess heat pays for: bubbles swing together, drops fly, voids open
 SUNK = -0.2  # share of the rise: a pool that ends lower has lost volume
 CLOSED = 1e-10  # energy that may be unaccounted for, relative to the excess at the start
 
@@ -210,7 +210,7 @@ class Figure5(Figure):
                       f"it rises by {percent(rows, 'swelling')} after "
                       f"{spread((row['t_swelling'] for row in rows), 's')}; at the end "
                       f"{percent(rows, 'left')} of that is left",
-                      [*(bound("rise, at most half more than the heat pays for,", [row["swelling"]], SWOLLEN,
+                      [*(bound("rise, up to 1.75 times what the heat pays for,", [row["swelling"]], SWOLLEN,
                                PAID * row["swell"]) for row in rows),
                        bound("share left", [row["left"] for row in rows], SUNK, SETTLED)]),
             judged("Energy is conserved in the burst: excess sensible heat before = latent heat after + rest",

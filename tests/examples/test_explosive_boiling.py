@@ -23,7 +23,7 @@ def test_it_bursts_and_swells(explosion):
     _, level = level_history(explosion.output_files, dim=2)
     assert level.max() > 1.05 * level[0] and level[-1] < level.max()
     paid = explosion.facts()["swelling if none vents"][0]
-    assert 0.3 * paid <= level.max() / level[0] - 1.0 <= 1.5 * paid  # drops in flight, and voids between particles
+    assert 0.3 * paid <= level.max() / level[0] - 1.0 <= 1.75 * paid  # drops in flight, and voids between particles
 
 
 def test_energy_and_mass_close(explosion):
@@ -57,7 +57,7 @@ def test_oscillation_does_not_throw_the_pool(tmp_path):
         swelling[name] = level.max() / level[0] - 1.0
     paid = app.facts()["swelling if none vents"][0]
     assert 0.5 <= energy["with"] / energy["without"] <= 2.0  # measured 1.1; 11 where the push knew no speed
-    assert 0.5 * paid <= swelling["with"] <= 1.5 * paid  # measured 1.27; 2.9 where the push knew no speed
+    assert 0.5 * paid <= swelling["with"] <= 1.75 * paid  # measured 1.27; 2.9 where the push knew no speed
 
 
 def test_mechanical_ledger_goes_on_in_a_resumed_run(tmp_path):
