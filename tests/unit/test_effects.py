@@ -305,7 +305,7 @@ def another(cls, spec):
     if isinstance(spec.default, tuple):
         value = tuple(v + 0.5 for v in spec.default)
         return ",".join(map(str, value)), value
-    for value in (4.0, 3, 1.3, 0.3):
+    for value in (4.0, 3, 1.3, 0.3, 300.0):
         try:
             plain(cls).replaced(**{spec.name: value})
         except ValueError:

@@ -8,6 +8,7 @@ from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.cli import main, scene_class
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import AmbientLoss
 from pysph_boiling.schemes.pbf import PBFScheme
 
 POOL = ["--flat", "--width", "12", "--fill", "8"]
@@ -90,7 +91,6 @@ def test_record_tells_which_parameters_an_option_has_replaced(name, options, par
     ("steady_boiling", ["--heater.temperature", "140"], "--heater.temperature must be >= 273.15 K"),
     ("heated_slab", ["--T-1", "80"], "--T-1 must be >= 273.15 K"),
     ("heated_slab", ["--T-0", "20"], "--T-0 must be >= 273.15 K"),
-    ("superheat_sites", ["--loss.T-ambient", "25"], "--loss.T-ambient must be >= 273.15 K"),
     ("steady_boiling", ["--venting.T-feed", "95"], "--venting.T-feed must be >= 273.15 K"),
     ("heated_slab", ["--heater.temperature", "273"], "--heater.temperature must be >= 273.15 K"),
 ])
@@ -101,6 +101,13 @@ def test_celsius_for_kelvin_is_refused(name, options, said, tmp_path, capsys):
     if options[1] == "140":
         assert "140 degrees Celsius are 413.15 K" in complaint
     assert not (tmp_path / "out").exists()
+
+
+def test_ambient_may_be_frost_but_not_celsius(tmp_path, capsys):
+    assert main(["run", "superheat_sites", *SMALL["superheat_sites"], "--loss.T-ambient", "25", "-d",
+                 str(tmp_path / "out")]) == 2
+    assert "--loss.T-ambient must be >= 79.0 K, got 25.0 K" in capsys.readouterr().err
+    AmbientLoss(T_ambient=253.15)
 
 
 def test_start_temperature_must_be_one_of_liquid():
