@@ -3,6 +3,7 @@
 An option that is refused is gone from ``--help``. The page ``docs/options.md`` is this table.
 """
 import argparse
+import re
 
 from pysph_boiling.names import nearest
 
@@ -16,6 +17,7 @@ BAD_SEARCHES = {
     "strat_sfc": "misses neighbours: no heat flows, and a dam break is 35 % off",
     "gpu_octree": "has not been tried: a device has a search of its own",
 }
+NEGATIVE = re.compile(r"-\.?\d")  # begins a value; argparse's own takes -1e9 and -1,0,0 for options
 LEVELS = ("debug", "info", "warning", "error", "critical", "none")
 KERNELS = ("CubicSpline", "WendlandQuintic")
 
@@ -126,6 +128,7 @@ def schedule(text):
 
 def settle(parser, also=None):
     """Take away from PySPH's ``parser`` what is refused (``also``: more of it), and choices that give wrong results."""
+    parser._negative_number_matcher = NEGATIVE
     inherited = parser._option_string_actions
     ours = parser.add_argument_group("Kernel, search and threads", conflict_handler="resolve")
     for flag, reason in {**REFUSED, **(also or {})}.items():

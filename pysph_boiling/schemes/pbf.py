@@ -194,6 +194,8 @@ class PBFScheme(Scheme):
         if not (math.isfinite(dt) and dt > 0.0):
             raise ValueError(f"time step must be > 0 s, got {dt} s")
         self.dt = dt
+        if "density" in self.effects:
+            self.effects["density"].limits(self.scene(), dt)
         step = PBFStep if "density" in self.effects else PBFFrozenStep
         steppers = {name: step() for name in self.fluids}
         steppers.update(extra_steppers or {})

@@ -65,6 +65,12 @@ COMMANDS = [
     ("run dam_break --source", "unrecognized arguments: --source"),
     ("run steady_boiling --source", "source: give its power density [W/m^3] (--source.density)"),
     ("run steady_boiling --venting.T-feed 380", "--venting.T-feed must be <= T_sat = 373.15 K, got 380.0 K"),
+    ("run dam_break --viscosity.rate 1e9", "the effect 'viscosity' evens out velocities at 1e+09 1/s: lower its rate"),
+    ("run steady_boiling --viscosity.wall 1e7", "the effect 'viscosity' evens out velocities at"),
+    ("run steady_boiling --drag.rate 1e9", "the effect 'drag' evens out velocities at 1e+09 1/s: lower its rate"),
+    ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
+    ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
+    ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
     # contradictions
     ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
     ("run dam_break --container.radius 1", "box container has no parameter radius"),

@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import container, density_constraint, viscosity
 from pysph_boiling.particles import Property, fill, host, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
-from pysph_boiling.schemes.integrator import MotionLimits
+from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
@@ -151,13 +151,23 @@ class DensityConstraint(Effect):
         )
 
     def limits(self, scene, dt):
-        """The :class:`MotionLimits` of the integrator; without gravity the time step ``dt`` [s] is the unit of time."""
+        """The :class:`MotionLimits` of the integrator; without gravity the time step ``dt`` [s] is the unit of time.
+
+        Errors: ``ValueError`` where every step of ``dt`` would be split into more parts than a step may have.
+        """
         fall = scene.fall_time
         shortest = self.shortest * (fall if scene.g else dt / STANDARD)
-        longest, rate = self.longest_step * fall, sum(
-            effect.rate_of_velocity(scene) for effect in scene.effects.values())
+        rates = {slot: effect.rate_of_velocity(scene) for slot, effect in scene.effects.items()}
+        longest, rate = self.longest_step * fall, sum(rates.values())
         if rate > 0.0:
             longest = min(longest, EVENED / rate)
+        if dt > MAX_SUBSTEPS * longest:
+            cause = f"density.longest_step = {self.longest_step:.3g} t* allows no more"
+            if longest < self.longest_step * fall:
+                slot = max(rates, key=rates.get)
+                cause = f"the effect '{slot}' evens out velocities at {rates[slot]:.3g} 1/s: lower its rate"
+            raise ValueError(f"each step of {dt:.3g} s would be split into {dt / longest:.3g} parts, more than "
+                             f"{MAX_SUBSTEPS}; {cause}, or take shorter steps")
         return MotionLimits(longest_step=longest, shortest=shortest, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=PUSH * scene.spacing, settle=self.settle)
 
