@@ -12,7 +12,7 @@ from enum import IntEnum
 
 import numpy as np
 
-__all__ = ["EDGES", "Edge", "Phase", "enthalpy", "temperature"]
+__all__ = ["EDGES", "Edge", "Phase", "at_saturation", "enthalpy", "temperature"]
 
 
 class Phase(IntEnum):
@@ -20,7 +20,7 @@ class Phase(IntEnum):
 
     LIQUID = 0  #: below saturation; sensible heat
     TRANSITION = 1  #: undergoing phase change at T_sat; latent heat
-    SUPERHEATED = 2  #: at or above saturation without a nucleation site; sensible heat
+    SUPERHEATED = 2  #: at or above saturation without a nucleation site; sensible heat above what an interruption held
     VAPOUR = 3  #: gas; sensible heat
 
 
@@ -75,6 +75,14 @@ def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     vapour = material.T_sat + np.where(e < material.L, subcooling, 1.0) * (e - material.L) / material.c_v
     transition = material.T_sat + np.minimum(e, 0.0) / material.c_l + np.maximum(e - material.L, 0.0) / material.c_v
     return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, transition, liquid))
+
+
+def at_saturation(phase, e, e_lat=0.0):
+    """Which particles (n,) are in the state superheated and at T_sat nevertheless: interrupted, or fed at saturation.
+
+    ``phase`` (n,), ``e`` (n,) [J/kg] and ``e_lat`` [J/kg], (n,) or a number, as in :func:`temperature`.
+    """
+    return (np.asarray(phase) == Phase.SUPERHEATED) & (np.asarray(e) <= e_lat)
 
 
 def enthalpy(T, material):

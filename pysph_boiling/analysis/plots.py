@@ -3,7 +3,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from pysph_boiling.analysis.rendering import INK, PHASE_COLOURS
+from pysph_boiling.analysis.rendering import INK, PHASE_COLOURS, STATE_COLOURS
 from pysph_boiling.phases import Phase
 
 __all__ = ["PANELS", "plot_history"]
@@ -85,10 +85,9 @@ def _counts(ax, t, columns):
     peaks = [values.max() for values in columns.values() if values.max() > 0.0]
     if peaks and max(peaks) > 10.0 * min(peaks):  # too far apart for one linear axis
         ax.set_yscale("symlog", linthresh=10.0, linscale=0.5)
-    for phase in Phase:
-        name = f"n_{phase.name.lower()}"
-        if name in columns:
-            _line(ax, t, columns[name], phase.name.lower(), PHASE_COLOURS[phase])
+    for state, colour in STATE_COLOURS.items():
+        if f"n_{state}" in columns:
+            _line(ax, t, columns[f"n_{state}"], state, colour)
     ax.set_ylabel("particles [-]")
     ax.set_ylim(bottom=None if "n_liquid" in columns else 0.0)
 
@@ -190,7 +189,7 @@ def _finish(ax, t):
 #: match a pattern
 PANELS = {
     "liquid": ("Liquid", _counts, ("n_liquid",)),
-    "phases": ("Hot liquid and vapour", _counts, ("n_superheated", "n_transition", "n_vapour")),
+    "phases": ("Hot liquid and vapour", _counts, ("n_superheated", "n_held", "n_transition", "n_vapour")),
     "bubbles": ("Bubbles", _bubbles, ("n_bubbles", "bubble_radius_mean")),
     "events": ("Events", _events, ("n_nucleated", "n_burst", "n_condensed", "n_vented")),
     "temperature": ("Temperature", _temperature, ("T_mean", "T_max")),

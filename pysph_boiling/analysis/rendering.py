@@ -10,18 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 
 from pysph_boiling.analysis.files import Manifest, output_files, read_output
-from pysph_boiling.phases import Phase
+from pysph_boiling.phases import Phase, at_saturation
 
-__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene", "load_output",
-           "needed", "render_run", "write_paraview"]
+__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
+           "load_output", "needed", "render_run", "write_paraview"]
 
 # Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
+# Liquid that is held at T_sat is neither warm nor cold: a pale green, which they see as a pale grey.
 PHASE_COLOURS = {
     Phase.LIQUID: "#3B7EBF",
     Phase.TRANSITION: "#F6BD27",
     Phase.SUPERHEATED: "#EE8B3A",
     Phase.VAPOUR: "#C1121F",
 }
+# What is counted and drawn, by the names of the columns n_<state>; the superheated are those above T_sat.
+STATE_COLOURS = {**{phase.name.lower(): colour for phase, colour in PHASE_COLOURS.items()}, "held": "#9CC9A3"}
 BUBBLE_COLOURS = (
     "#CC3311", "#EE8800", "#D4B000", "#6B7A00", "#117733", "#0099A8", "#6A4C93", "#AA3377", "#E377A2", "#884411",
 )
@@ -52,7 +55,8 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
     Discs have the size of the particles (diameter ``spacing``) whatever the axes. In 2-D every particle is drawn. In
     3-D ``view="slice"`` shows the liquid within one spacing of the middle plane and *all* vapour in front of it, paler
     the farther away; ``view="3d"`` shows the vessel's edges, the vapour as balls and the free surface as faint dots
-    (all the fluid if the scene has no phases).
+    (all the fluid if the scene has no phases). The colour "superheated" is for liquid above T_sat; liquid that an
+    interruption holds at T_sat has the colour "held".
 
     Parameters
     ----------
@@ -454,13 +458,22 @@ def _colours(fluid, colour, limits):
     if colour in SCALES:
         share = (_values(fluid, colour) - limits[0]) / (limits[1] - limits[0])
         return colormaps[SCALES[colour][2]](share)[:, :3]
-    phase = _gather(fluid, "phase").astype(int)
-    rgb = _rgb([PHASE_COLOURS[p] for p in Phase])[phase]
+    state = _states(fluid)
+    rgb = _rgb(list(STATE_COLOURS.values()))[state]
     if colour == "bubble":
-        vapour = phase == Phase.VAPOUR
+        vapour = state == Phase.VAPOUR
         rgb = _lighten(rgb, PALE)
         rgb[vapour] = bubble_colours(_gather(fluid, "bubble")[vapour])
     return rgb
+
+
+def _states(fluid):
+    """Number (n,) of each particle's state in ``STATE_COLOURS``: its phase, or that of liquid held at T_sat."""
+    phase = _gather(fluid, "phase").astype(int)
+    if _has(fluid, "e"):
+        held = at_saturation(phase, _gather(fluid, "e"), _gather(fluid, "e_lat") if _has(fluid, "e_lat") else 0.0)
+        phase[held] = list(STATE_COLOURS).index("held")
+    return phase
 
 
 def _vapour(fluid):
@@ -575,17 +588,17 @@ def _legend_entries(scene, view, colour):
 
     entries = []
     if _has(scene.fluid, "phase") and colour in ("phase", "bubble"):
-        phase = _gather(scene.fluid, "phase")
-        for p in Phase:
-            count, face, style = np.count_nonzero(phase == p), PHASE_COLOURS[p], {}
-            if count == 0 or (view == "3d" and p != Phase.VAPOUR):
+        counts = np.bincount(_states(scene.fluid), minlength=len(STATE_COLOURS))
+        for (name, face), count in zip(STATE_COLOURS.items(), counts):
+            vapour, style = name == Phase.VAPOUR.name.lower(), {}
+            if count == 0 or (view == "3d" and not vapour):
                 continue
-            if colour == "bubble" and p == Phase.VAPOUR:
+            if colour == "bubble" and vapour:
                 face = BUBBLE_COLOURS[0]
                 style = {"fillstyle": "left", "markerfacecoloralt": BUBBLE_COLOURS[5], "markeredgewidth": 0.0}
             elif colour == "bubble":
                 face = _lighten(_rgb(face), PALE)
-            entries.append(dot(f"{p.name.lower()} {count:,}", face, **style))
+            entries.append(dot(f"{name} {count:,}", face, **style))
     if view == "3d" and _has(scene.fluid, "phase"):
         entries.append(dot("free surface", _lighten(_rgb(PHASE_COLOURS[Phase.LIQUID]), 0.5), "."))
     if scene.walls and _wall_colours(scene.walls)[1].any():

@@ -127,7 +127,7 @@ class ReuseWCSPH(Application):
     # --- the final state ----------------------------------------------------------------------------------------------
 
     def excess(self):
-        """Temperature above the mean [K] of the real particles, from ``e``: ``T`` is that before the last update."""
+        """Temperature above the mean [K] of the real particles, of their ``e``."""
         return host(self.particles[0], "e") / WATER.c_l
 
     def phase(self):

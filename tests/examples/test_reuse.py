@@ -123,6 +123,7 @@ def test_snippet_of_the_readme_in_a_scheme_with_a_wall(tmp_path):
     fluid, wall = arrays["fluid"], arrays["boundary"]
     assert data["count"] == 20 and {"e", "T"} <= set(fluid.output_property_arrays)
     assert not {"e", "T"} & set(wall.output_property_arrays) and "au" in wall.properties
+    np.testing.assert_allclose(fluid.T, 300.0 + fluid.e / 4186.0, rtol=1e-14)  # not an update behind e
     middle = np.abs(fluid.x - 0.5) < 0.1  # more than a support of the kernel on both sides
     assert np.ptp(fluid.T[~middle]) == pytest.approx(50.0, rel=1e-3)  # away from the border between hot and cold
     moved = fluid.e - 4186.0 * 50.0 * (fluid.x > 0.5)

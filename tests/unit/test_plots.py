@@ -7,18 +7,17 @@ from matplotlib.image import imread
 
 from pysph_boiling.analysis import plots
 from pysph_boiling.analysis.plots import PANELS, plot_history
-from pysph_boiling.analysis.rendering import PHASE_COLOURS
-from pysph_boiling.phases import Phase
+from pysph_boiling.analysis.rendering import STATE_COLOURS
 
 N = 50
 T = np.linspace(0.0, 1.0, N)
 PLAIN = {"t": T, "dt": np.full(N, 0.02), "sweeps": np.full(N, 4), "density_error_mean": 1e-3 * T,
          "density_error_max": 1e-2 * T, "mass": np.ones(N)}
 BOIL = {
-    **PLAIN, "n_liquid": 5000 - 900 * T, "n_transition": 40 * T, "n_superheated": 800 * T, "n_vapour": 60 * T,
-    "n_bubbles": np.round(5 * T), "bubble_radius_mean": 4e-3 * (T > 0.3), "T_mean": 371.0 + T, "T_max": 373.0 + 9 * T,
-    "energy": -50.0 + 8 * T, "energy_in": 10 * T, "energy_out": 2 * T, "energy_residual": 1e-15 * T,
-    "energy_model_leak": np.zeros(N), "kinetic_energy": T, "work_gravity": -3 * T, "work_drag": 1e-3 * T,
+    **PLAIN, "n_liquid": 5000 - 900 * T, "n_transition": 40 * T, "n_superheated": 800 * T, "n_held": 300 * T,
+    "n_vapour": 60 * T, "n_bubbles": np.round(5 * T), "bubble_radius_mean": 4e-3 * (T > 0.3), "T_mean": 371.0 + T,
+    "T_max": 373.0 + 9 * T, "energy": -50.0 + 8 * T, "energy_in": 10 * T, "energy_out": 2 * T,
+    "energy_residual": 1e-15 * T, "energy_model_leak": np.zeros(N), "kinetic_energy": T, "work_gravity": -3 * T, "work_drag": 1e-3 * T,
     "n_nucleated": 90 * T, "n_burst": 5 * T, "n_condensed": 3 * T, "n_vented": 30 * T, "heat_subcycles": np.ones(N),
 }
 
@@ -43,14 +42,14 @@ def test_full_history_has_every_panel_and_leaves_no_trace(tmp_path):
     assert dict(matplotlib.rcParams) == style
     assert np.array_equal(BOIL["energy"], energy)
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    for phase in Phase:
-        assert has_colour(path, PHASE_COLOURS[phase])
+    for colour in STATE_COLOURS.values():
+        assert has_colour(path, colour)
 
 
 def test_plain_scene_has_only_its_own_panels(tmp_path):
     path = tmp_path / "history.png"
     assert plot_history(PLAIN, path) == ["density", "sweeps"]
-    assert not any(has_colour(path, PHASE_COLOURS[phase]) for phase in Phase)
+    assert not any(has_colour(path, colour) for colour in STATE_COLOURS.values())
 
 
 @pytest.mark.parametrize(("panel", "columns"), [(name, needs) for name, (_, _, needs) in PANELS.items()])

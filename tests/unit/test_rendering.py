@@ -10,6 +10,7 @@ from pysph_boiling.analysis import rendering
 from pysph_boiling.analysis.rendering import (
     BUBBLE_COLOURS,
     PHASE_COLOURS,
+    STATE_COLOURS,
     bubble_colours,
     contact_sheet,
     draw_scene,
@@ -67,6 +68,24 @@ def test_vapour_colour_is_there_only_with_vapour(tmp_path):
     assert found == pytest.approx(4 * core, rel=0.12)  # antialiased edges, and the dot in the legend
     for p in (Phase.TRANSITION, Phase.SUPERHEATED):
         assert not pixels(path, PHASE_COLOURS[p]).any()
+
+
+@pytest.mark.parametrize(("e_lat", "hot"), [(None, [True, True, True, False]), (5.0, [False, False, True, False])])
+def test_liquid_held_at_saturation_is_not_drawn_as_superheated(tmp_path, monkeypatch, e_lat, hot):
+    """Four particles without a site, of e = 1, 5, 9 and 0 J/kg; an interruption held 5 J/kg in each, or there is none."""
+    monkeypatch.setattr(rendering, "MARGINS", SimpleNamespace(left=0.05, right=0.05, bottom=0.05, top=0.05))
+    said = []
+    monkeypatch.setattr(rendering, "_legend_entries", lambda *a, made=rendering._legend_entries: said.extend(
+        entry.get_label() for entry in made(*a)))  # their dots would count as pixels
+    held = {} if e_lat is None else {"e_lat": e_lat}
+    fluid = cloud(DX * np.array([[x, 5.0, 0.0] for x in (1, 4, 6, 9)]), phase=int(Phase.SUPERHEATED),
+                  e=np.array([1.0, 5.0, 9.0, 0.0]), **held)
+    path = draw_scene({"fluid": fluid}, tmp_path / "held.png", dim=2, spacing=DX, bounds=SQUARE)
+    disc = np.pi / 4 * (rendering.DISC[1][0] * DX * PIXELS_PER_METRE) ** 2
+    hot = sum(hot)
+    assert pixels(path, STATE_COLOURS["superheated"]).sum() == pytest.approx(hot * disc, rel=0.12)
+    assert pixels(path, STATE_COLOURS["held"]).sum() == pytest.approx((4 - hot) * disc, rel=0.12)
+    assert said == [f"superheated {hot}", f"held {4 - hot}"]
 
 
 @pytest.mark.parametrize(("spacing", "shape"), [(DX, (10, 10)), (DX, (10, 3)), (DX, (3, 10)), (2 * DX, (10, 4))])

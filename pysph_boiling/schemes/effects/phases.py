@@ -11,7 +11,7 @@ from pysph_boiling.device import counted, values
 from pysph_boiling.equations import nucleation, phase_change
 from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
-from pysph_boiling.phases import Phase
+from pysph_boiling.phases import Phase, at_saturation
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, gather, param
 from pysph_boiling.schemes.stages import Term
@@ -55,15 +55,16 @@ class PhaseChange(Effect):
         def state(phase):
             return lambda arrays: gather(arrays, "phase") == phase
 
-        def superheated(above):
-            def which(arrays):
-                held = gather(arrays, "e_lat") if self.interrupt == "hold" else 0.0
-                return state(Phase.SUPERHEATED)(arrays) & ((gather(arrays, "e") > held) == above)
-            return which
+        def held(arrays):
+            e_lat = gather(arrays, "e_lat") if self.interrupt == "hold" else 0.0
+            return at_saturation(gather(arrays, "phase"), gather(arrays, "e"), e_lat)
+
+        def superheated(arrays):
+            return state(Phase.SUPERHEATED)(arrays) & ~held(arrays)
 
         states = {phase.name.lower(): (state(phase), f"in state {phase.name.lower()}") for phase in Phase}
-        states["superheated"] = superheated(True), "of liquid above T_sat"
-        states["held"] = superheated(False), "of liquid at T_sat without a site: interrupted, or fed"
+        states["superheated"] = superheated, "of liquid above T_sat"
+        states["held"] = held, "of liquid at T_sat without a site: interrupted, or fed"
         columns = []
         for name, (which, meaning) in states.items():
             columns.append(Column(f"n_{name}", "-", f"particles {meaning}", count(which)))
