@@ -13,9 +13,8 @@ from pysph_boiling.names import whole_number
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "check_heaters", "close_walls", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host",
-    "lattice_density", "site_array",
-    "sites_on_base", "wall_array",
+    "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array",
+    "sites_on_base", "wall_array", "weigh_walls",
 ]
 
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
@@ -215,9 +214,9 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
 
     ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater. ``T_heater`` [K], a
     number or (n,), gives heaters temperatures of their own, > 0; where it is 0 or not given, a heater has that of the
-    effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain. Where it is not given, a scheme sets
-    the masses right (:func:`close_walls`) once the solver tells it the domain, before the first step. Errors:
-    ``ValueError`` for other values.
+    effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain. Before the first step a
+    scheme sets the masses right (:func:`weigh_walls`) for a domain that is not given here, and for the other wall
+    arrays, over which no sum runs here. Errors: ``ValueError`` for other values.
     """
     points = _check_points(name, points, spacing)
     h = hdx * spacing
@@ -238,19 +237,31 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
     return pa
 
 
-def close_walls(pa, *, kernel, dim, domain):
-    """Give a wall array the masses that it has in a periodic ``domain`` (PySPH's ``DomainManager``).
+def weigh_walls(walls, *, kernel, dim, domain=None):
+    """Give wall arrays the masses that they have side by side, and in a periodic ``domain`` (PySPH's ``DomainManager``).
 
-    Masses that are not those of :func:`wall_array` without a domain stay: they are the user's own, or right already.
+    The volumes of :func:`wall_array` are summed over one array, and without a domain that it is not told: at a joint
+    or a border they are too large. Masses that are none of these stay: they are the user's own, or right already.
+    Limits: arrays of one smoothing length; others stay as they are.
     """
-    n = pa.get_number_of_particles(True)
-    points = np.stack([pa.get(axis, only_real_particles=True) for axis in "xyz"], -1)
-    h, rho, m = (pa.get(name, only_real_particles=True) for name in ("h", "rho", "m"))
-    if n == 0 or np.ptp(h) > 0.0:
+    columns = [np.stack([pa.get(name, only_real_particles=True) for name in ("x", "y", "z", "h", "rho", "m")], -1)
+               for pa in walls]
+    ends, table = np.cumsum([len(rows) for rows in columns]), np.concatenate(columns)
+    points, (h, rho, m) = table[:, :3], table[:, 3:].T
+    if len(h) == 0 or np.ptp(h) > 0.0:
         return
-    alone = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim)
-    closed = rho * akinci_volume(points, kernel, h=float(h[0]), dim=dim, domain=domain)
-    m[:] = np.where(np.abs(m - alone) <= 1e-9 * alone, closed, m)
+
+    def masses(groups, domain):
+        return rho * np.concatenate([akinci_volume(points[group], kernel, h=float(h[0]), dim=dim, domain=domain)
+                                     for group in groups])
+
+    whole, parts = [slice(None)], [slice(end - len(rows), end) for end, rows in zip(ends, columns) if len(rows)]
+    domains = [None] if domain is None else [None, domain]
+    ways = [(groups, within) for groups in ([parts, whole] if len(parts) > 1 else [whole]) for within in domains]
+    right = masses(*ways.pop())
+    known = np.any([np.abs(m - made) <= 1e-9 * made for made in (masses(*way) for way in ways)], axis=0)
+    for pa, values in zip(walls, np.split(np.where(known, right, m), ends[:-1])):
+        pa.get("m", only_real_particles=True)[:] = values
 
 
 def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):

@@ -13,8 +13,8 @@ from pysph_boiling.particles import (
     PYSPH_PROPERTIES,
     WALL_PROPERTIES,
     add_properties,
-    close_walls,
     number,
+    weigh_walls,
 )
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
@@ -274,6 +274,8 @@ class PBFScheme(Scheme):
                     pa.add_constant(constant, value)
         for name in self.solids:
             self._give(arrays[name], WALL_PROPERTIES, clean)
+        if len(self.solids) > 1:
+            weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim)
         for name in self.sites:
             rows = [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")]
             self._give(arrays[name], [*rows, *self.gather("site_properties")], clean)
@@ -303,10 +305,9 @@ class PBFScheme(Scheme):
                 raise ValueError(f"container: the domain is periodic along {axis}, from {ends[0]:g} to {ends[1]:g} m, "
                                  f"but the container holds particles between {bounds[0][k]:g} and {bounds[1][k]:g} m: "
                                  "make it reach beyond both ends")
-        for pa in particles:
-            if pa.name in self.solids:
-                close_walls(pa, kernel=self.kernel, dim=self.dim, domain=domain)
         arrays = {pa.name: pa for pa in particles}
+        if self.solids:
+            weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim, domain=domain)
         for effect in self.effects.values():
             effect.check(scene, arrays)
 

@@ -11,7 +11,6 @@ from pysph_boiling.particles import (
     add_properties,
     akinci_volume,
     box_vessel,
-    close_walls,
     cylinder_vessel,
     fluid_array,
     fluid_block,
@@ -19,6 +18,7 @@ from pysph_boiling.particles import (
     site_array,
     sites_on_base,
     wall_array,
+    weigh_walls,
 )
 from pysph_boiling.schemes.effects import BoxContainer
 from pysph_boiling.schemes.pbf import PBFScheme
@@ -176,7 +176,7 @@ def layers(wall):
 def test_walls_weigh_the_same_everywhere_in_a_periodic_domain(dim):
     given, told = floor(dim, periodic(dim)), floor(dim)
     assert np.ptp(layers(told)[0]) > 0.2 * layers(told)[0].min()  # the border counts as a rim
-    close_walls(told, kernel=CubicSpline(dim=dim), dim=dim, domain=periodic(dim))
+    weigh_walls([told], kernel=CubicSpline(dim=dim), dim=dim, domain=periodic(dim))
     np.testing.assert_array_equal(told.m, given.m)
     for m in layers(given):
         np.testing.assert_allclose(m, m[0], rtol=1e-8)  # distances are rounded to nine digits
@@ -187,7 +187,7 @@ def test_walls_weigh_the_same_everywhere_in_a_periodic_domain(dim):
 def test_masses_of_the_users_own_stay_in_a_periodic_domain():
     wall = floor(2)
     wall.m[::2] = 7.0
-    close_walls(wall, kernel=CubicSpline(dim=2), dim=2, domain=periodic(2))
+    weigh_walls([wall], kernel=CubicSpline(dim=2), dim=2, domain=periodic(2))
     assert np.all(wall.m[::2] == 7.0)
     np.testing.assert_array_equal(wall.m[1::2], floor(2, periodic(2)).m[1::2])
 
@@ -210,6 +210,35 @@ def test_scheme_that_meets_a_periodic_domain_sets_its_walls_right():
     n = wall.get_number_of_particles(True)
     np.testing.assert_array_equal(wall.m[:n], floor(2, periodic(2)).m)
     np.testing.assert_allclose(scheme.scene().period, (CELLS * DX, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("closed", [False, True])
+def test_walls_in_two_arrays_weigh_what_they_do_in_one(dim, closed):
+    """A floor cut at a third of its width. Each array counts its own particles alone until the scheme has seen both."""
+    one, domain = floor(dim, periodic(dim) if closed else None), periodic(dim) if closed else None
+    points, halves = place(one), [one.x < 5.0 * DX, one.x >= 5.0 * DX]
+    walls = [wall_array(points[half], spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), name=name,
+                        heated=1.0 * (name == "right"))
+             for name, half in zip(("left", "right"), halves)]
+    lone = [wall.m.copy() for wall in walls]
+    walls[0].m[3] = 7.0  # the user's own
+    container = BoxContainer(lower=(-1.0,) * 3, upper=(1.0,) * 3)
+    scheme = PBFScheme(["fluid"], ["left", "right"], dim=dim, spacing=DX, rho0=RHO0, container=container)
+    arrays = [fluid_block((0.0,) * dim, (CELLS * DX,) * dim, spacing=DX, dim=dim, rho0=RHO0), *walls]
+    scheme.setup_properties(arrays)
+    if closed:
+        LinkedListNNPS(dim=dim, particles=arrays, radius_scale=2.0, domain=domain)
+        scheme.enter_domain(domain, arrays)
+    assert walls[0].m[3] == 7.0 and np.all(walls[1].heated == 1)
+    for wall, half, m in zip(walls, halves, lone):
+        n, others = len(m), np.arange(len(m)) != (3 if wall is walls[0] else -1)
+        np.testing.assert_allclose(wall.m[:n][others], one.m[half][others], rtol=1e-8)  # distances: nine digits
+        assert np.any(m > 1.2 * one.m[half]), "the joint made no difference"
+    before = [wall.m.copy() for wall in walls]
+    scheme.setup_properties(arrays)
+    for wall, m in zip(walls, before):
+        np.testing.assert_allclose(wall.m, m, rtol=1e-15)  # right already
 
 
 @pytest.mark.parametrize("domain, container, message", [

@@ -17,8 +17,9 @@ BOIL = {
     **PLAIN, "n_liquid": 5000 - 900 * T, "n_transition": 40 * T, "n_superheated": 800 * T, "n_held": 300 * T,
     "n_vapour": 60 * T, "n_bubbles": np.round(5 * T), "bubble_radius_mean": 4e-3 * (T > 0.3), "T_mean": 371.0 + T,
     "T_max": 373.0 + 9 * T, "energy": -50.0 + 8 * T, "energy_in": 10 * T, "energy_out": 2 * T,
-    "energy_residual": 1e-15 * T, "energy_model_leak": np.zeros(N), "kinetic_energy": T, "work_gravity": -3 * T, "work_drag": 1e-3 * T,
-    "n_nucleated": 90 * T, "n_burst": 5 * T, "n_condensed": 3 * T, "n_vented": 30 * T, "heat_subcycles": np.ones(N),
+    "energy_residual": 1e-15 * T, "energy_model_leak": np.zeros(N), "kinetic_energy": T, "work_gravity": -3 * T,
+    "work_drag": 1e-3 * T, "n_nucleated": 90 * T, "n_burst": 5 * T, "n_condensed": 3 * T, "n_vented": 30 * T,
+    "heat_subcycles": np.ones(N),
 }
 
 
