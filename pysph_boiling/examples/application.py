@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import partial
@@ -527,6 +527,19 @@ class SceneApplication(Application):
             self.ledger.save()
             write_json(Path(self.output_dir) / "run.json", record)
 
+    def keep(self, error):
+        """Write the rows of the steps that were done when ``error`` ended the run; it alone is what is told.
+
+        On several ranks ``run.json`` asks all of them, so it is written only where all stop alike.
+        """
+        if self.options.disable_output:
+            return
+        with suppress(OSError):
+            if ranks.size() == 1 or isinstance(error, FloatingPointError):
+                self.save()
+            elif ranks.rank() == 0:
+                self.ledger.save()
+
     def run(self, argv=None):
         """Run, write results and pictures, and check the final state."""
         from rich.console import Console
@@ -564,8 +577,8 @@ class SceneApplication(Application):
             self.solver.dump_output()
             written = "" if self.options.disable_output else "; what is there is written: --resume goes on from it"
             raise Stopped(f"stopped at t = {self.solver.t:.4g} s{written}") from None
-        except FloatingPointError:
-            self.save()
+        except BaseException as error:
+            self.keep(error)
             raise
         self.ledger.finish()
         self.save(completed=True)
@@ -659,7 +672,11 @@ class SceneApplication(Application):
         return {pa.name: int(ranks.total(pa.get_number_of_particles(True))) for pa in self.particles}
 
     def run_record(self, completed):
-        """Everything needed to know how a run was made (design: results contract), as it goes into ``run.json``."""
+        """Everything needed to know how a run was made (design: results contract), as it goes into ``run.json``.
+
+        ``completed``: it did all that it was asked to, which may be fewer steps than its duration (``--max-steps``) or
+        end with the last drop; not where an error or Ctrl-C ended it.
+        """
         scheme, options, backend = self.scheme, self.options, self.backend()
         return {
             "scene": self.scene_name(),

@@ -51,6 +51,32 @@ def test_run_stops_at_that_step_and_names_the_particle(name, value, tmp_path, mo
     assert json.loads((tmp_path / "run.json").read_text())["completed"] is False
 
 
+class Slip(Tool):
+    """Another fault than a number that is none, in a callback of the user's."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def post_step(self, solver):
+        if solver.count + 1 == STEP:
+            raise self.error
+
+
+@pytest.mark.parametrize("error", [RuntimeError("mine"), KeyboardInterrupt()])
+def test_any_error_leaves_the_rows_of_the_steps_before_it(error, tmp_path, monkeypatch):
+    """Between two outputs. Seen before: the rows since the last output were lost."""
+    made = SteadyBoiling.create_tools
+    monkeypatch.setattr(SteadyBoiling, "create_tools", lambda self: [Slip(error), *made(self)])
+    with pytest.raises(type(error)) as told:
+        SteadyBoiling(output_dir=str(tmp_path)).run(SMALL)
+    assert told.value is error
+    count = int(read_output(output_files(tmp_path)[-1])[1]["count"])
+    assert 0 < count < STEP - 1, "no row was made since the last output"
+    table, record = load_results(tmp_path), json.loads((tmp_path / "run.json").read_text())
+    assert len(table["t"]) == STEP - 1 and all(np.isfinite(values).all() for values in table.values())
+    assert record["completed"] is False and record["steps"] == STEP - 1
+
+
 def guarded(name, **state):
     """Guard and fluid of a set; nothing is compiled. ``state``: values of the first particle."""
     made = scheme(name, dim=2, spacing=1.0)
