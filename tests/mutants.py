@@ -115,6 +115,9 @@ MUTANTS = (  # --quick takes the first of each module
     heat("loss: not booked", "d_q_loss[d_idx] += q * d_m", "d_q_loss[d_idx] += 0.0 * d_m"),
     heat("loss: explicit", "if fall > 1e-9:", "if fall > 1e9:"),
     heat("loss: of the temperature before the step", " + d_heat_dt[0] * d_ae[d_idx])", ")"),
+    heat("loss: heats past the boiling point", "if -q * d_heat_dt[0] > room:", "if -q * d_heat_dt[0] > 1e9 * room:"),
+    heat("loss: cools what is beyond the bound", "if room < 0.0:\n                    room = 0.0", "if room < 0.0:\n"
+         "                    room = room + 0.0"),
     heat("loss: capacity of liquid for vapour", "c = self.c_dry", "c = self.c"),
     heat("temperature after: offset", "d_T[d_idx] = self.T0 + d_e[d_idx] / self.c\n\n\nclass HeatConduction(",
          "d_T[d_idx] = d_e[d_idx] / self.c\n\n\nclass HeatConduction("),

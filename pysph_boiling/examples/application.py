@@ -46,6 +46,7 @@ __all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
 # Largest residuals [-] of a run that conserves. A sum of n numbers is rounded by up to n 1e-16 of it: 1e4 masses come
 # back to 1e-12. Energy adds what moved in each step, 3e-14 measured over 3,000 steps; 5e-6 in single precision.
 MASS, ENERGY, SINGLE = 1e-12, 1e-10, 1e-4
+MOST_STEPS = 1 << 31  # after which PySPH ends a run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -359,6 +360,10 @@ class SceneApplication(Application):
         if options.kernel is not None:  # rest densities and walls must be those of the kernel that runs
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         self.scheme.configure_solver(tf=p.duration, **step)
+        steps = p.duration / self.scheme.dt
+        if steps > MOST_STEPS <= options.max_steps:
+            raise ValueError(f"{p.duration:.3g} s in steps of {self.scheme.dt:.3g} s are {steps:.3g} steps, more than "
+                             f"{MOST_STEPS}: take longer steps or frames, a shorter --duration, or --max-steps")
         if self.num_procs > 1:
             self.check_ranks()
 

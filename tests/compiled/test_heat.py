@@ -27,6 +27,7 @@ N_FLUID, N_WALL = 60, 20
 HEAT_DT, POWER, T_HEATER, POWER_DENSITY, ETA, T_AMBIENT = 0.5, 120.0, 420.0, 1e6, 30.0, 290.0
 SHORT = 1e-6  # s; so short that temperatures do not change
 MUCH = 1e8  # W/(m^2 K); in half a second a particle loses its excess, and would many times over
+E_HOT = -3.4e5  # J/kg; of vapour at the ambient, in the test of a particle that boils
 CLOUD_THRESHOLD = 1.0  # so rough is a random cloud that by the default of 0.2 nearly all of it is surface
 RATES = ("ae", "q_heater", "q_loss", "q_source", "q_leak")
 
@@ -43,10 +44,10 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
         fluid.constants.pop(name, None)
         fluid.add_constant(name, value)
 
-    def loss(coefficient):
+    def loss(coefficient, **more):
         return [heat.HeatAmbientLoss(
             "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, c_dry=DRY,
-            k_wet=K_WET, threshold=threshold / spacing, factor=loss_factor),
+            k_wet=K_WET, threshold=threshold / spacing, factor=loss_factor, **more),
             heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)]
 
     kernels = Kernels([fluid, wall], {
@@ -56,7 +57,7 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
         "fixed": [heat.HeatFixedTemperature("fluid", ["wall"], rho0=RHO0, spacing=spacing, dim=dim)],
         "weights": [heat.HeatFluxWeight("fluid", ["wall"], k_wet=K_WET)],
         "flux": [heat.HeatFlux("fluid", None)],
-        "loss": loss(ETA), "much_loss": loss(MUCH),
+        "loss": loss(ETA), "much_loss": loss(MUCH), "hot_loss": loss(MUCH, e_hot=E_HOT),
         "source": [heat.HeatSource("fluid", None, density=POWER_DENSITY, rho0=RHO0)],
         "update": [heat.HeatUpdate("fluid", None), heat.HeatTemperatureAfter("fluid", None, T0=T0, c=CAPACITY)],
     }, dim=dim, domain=domain)
@@ -356,6 +357,25 @@ def test_ambient_loss_equals_the_reference(kernels, group, coefficient):
     after = fluid.T + HEAT_DT * fluid.ae / c
     low, high = np.minimum(T, T_AMBIENT), np.maximum(T, T_AMBIENT)
     assert np.all((after > low - 1e-9) & (after < high + 1e-9))  # K, round-off
+
+
+def test_ambient_heats_to_a_bound_of_the_enthalpy(kernels):
+    """What is beyond the bound is not heated, nor cooled if it is colder than the ambient."""
+    fluid = kernels.fluid
+    fluid.T[:] = T_AMBIENT - 5.0
+    fluid.e[:] = E_HOT + np.random.default_rng(5).uniform(-20e3, 10e3, N_FLUID)
+    fluid.ae[:] = 0.0
+    fluid.q_loss[:] = 0.0
+    kernels.run("much_loss")
+    free = fluid.ae * HEAT_DT
+    fluid.ae[:] = 0.0
+    fluid.q_loss[:] = 0.0
+    kernels.run("hot_loss")
+    expected = np.minimum(free, np.maximum(E_HOT - fluid.e, 0.0))
+    held = free > expected
+    assert 2 <= np.sum(held & (expected > 0.0)) and 1 <= np.sum(held & (expected == 0.0))
+    np.testing.assert_allclose(fluid.ae * HEAT_DT, expected, rtol=1e-9, atol=1e-9 * free.max())
+    close(fluid.m * expected, -fluid.q_loss)
 
 
 @pytest.mark.parametrize("jitter, tolerance", [

@@ -60,6 +60,33 @@ def test_no_coefficient_cools_or_heats_beyond_the_ambient(eta, T_ambient):
         np.testing.assert_allclose(fluid.T[surface], T_ambient, atol=2.0)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_hot_air_makes_no_vapour_hotter_than_itself(dim):
+    """Water boils at its surface, in steps that bring it far beyond what boiling takes."""
+    T_hot, n = 640.0, 6
+    made = scheme("ihmsen", dim=dim, spacing=DX, changes=dict(
+        heater=Heater(temperature=WATER.T_sat), loss=AmbientLoss(coefficient=1e9, T_ambient=T_hot)))
+    upper = [n * DX] * (dim - 1) + [2 * n * DX] + [0.0] * (3 - dim)
+    common = dict(spacing=DX, dim=dim, rho0=made.rho0)
+    fluid = fluid_block((0.0, 0.0, 0.0), [n * DX] * dim + [0.0] * (3 - dim), **common)
+    arrays = [fluid, box_vessel((0.0,) * 3, upper, kernel=made.kernel, heated_fraction=0.8, **common),
+              site_array([(0.5 * n * DX, 0.0, 0.0)], reach=2.4 * DX, spacing=DX)]
+    made.setup_properties(arrays)
+    made.set_temperature(fluid, WATER.T_sat - 1.0)
+    inside = fluid.get("xyz"[dim - 1]) > (n - 2) * DX
+    fluid.phase[inside], fluid.e[inside] = Phase.TRANSITION, 0.95 * WATER.L
+    stepper, ledger = Stepper(made, arrays), Ledger(made)
+    ledger.begin([fluid])
+    stepper.tools.append(ledger)
+    hottest = 0.0
+    for _ in range(40):
+        stepper.step()
+        hottest = max(hottest, fluid.T.max())
+    row = ledger.rows[-1]
+    assert row["n_nucleated"] >= 5 and WATER.T_sat + 50.0 < hottest <= T_hot + 1e-9
+    assert abs(row["energy_residual"]) <= ROUND_OFF
+
+
 def test_loss_follows_the_exact_law_at_any_step():
     """One heat step or a hundred: a film that does not conduct cools as exp(-rate t)."""
     ends = []

@@ -71,6 +71,8 @@ COMMANDS = [
     ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
     ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
     ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
+    ("run dam_break --frame 1e-300", "s in steps of 1e-300 s are"),
+    ("run steady_boiling --timestep 1e-15", "more than 2147483648: take longer steps or frames, a shorter --duration"),
     # contradictions
     ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
     ("run dam_break --container.radius 1", "box container has no parameter radius"),

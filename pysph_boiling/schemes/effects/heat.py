@@ -278,12 +278,15 @@ class AmbientLoss(Effect):
         return 1.0 / density
 
     def terms(self, scene, fluid):
-        conduction = scene.effects["heat"]
+        conduction, material = scene.effects["heat"], scene.material
+        above = self.T_ambient - material.T_sat  # K
+        boils = "phases" in scene.effects and above > 0.0
         yield Term("heat.exchange", heat.HeatAmbientLoss(
             fluid, list(scene.fluids),
             coefficient=self.coefficient * conduction.acceleration, T_ambient=self.T_ambient, rho0=scene.rho0,
-            threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=scene.material.c_l,
-            c_dry=scene.material.c_v, k_wet=conduction.k_wet(scene.material) if "phases" in scene.effects else 0.0))
+            threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=material.c_l,
+            c_dry=material.c_v, k_wet=conduction.k_wet(material) if "phases" in scene.effects else 0.0,
+            **(dict(e_hot=material.L + material.c_v * above) if boils else {})))
         if scene.solids:
             yield Term("heat.exchange", heat.HeatAmbientWall(
                 fluid, list(scene.solids), spacing=scene.spacing, dim=scene.dim))
