@@ -93,6 +93,8 @@ MUTANTS = (  # --quick takes the first of each module
     density("accelerated: nothing carried on", "qx = f * d_dpx[d_idx] + carried * d_qx[d_idx]",
             "qx = f * d_dpx[d_idx]"),
     density("accelerated: no restart", "            plain = 0.0\n", "            plain = plain\n"),
+    density("pressure: sign", "d_pressure[d_idx] -= s_impulse", "d_pressure[d_idx] += s_impulse"),
+    density("pressure: dt, not its square", "max(dt*dt, 1e-300)", "max(dt, 1e-300)"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
     burst("regions overlap", "if s_claim[s_idx] != d_fire_key[d_idx]:", "if s_claim[s_idx] < 0.0:"),
     burst("heat of a region x 2", "heat += nucleation_units(share", "heat += 2.0*nucleation_units(share"),

@@ -9,6 +9,8 @@ In a short step the density error that was there before it is worked off apart, 
 ``[PBFDensity, PBFBoundaryDensity]`` and ``[PBFLeftOver]`` find it before the sweeps. The constant ``prior`` of each
 array says how sweeps treat it: the share of it that they work off, the share of what they move that the velocity feels,
 and their bounds in units of those of an ordinary step. Ordinary steps have 1, 1, 1.
+
+What the multipliers of a step do against a change of volume, its pressure, is for the mechanical ledger alone.
 """
 from math import sqrt
 
@@ -20,7 +22,8 @@ from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope
 
 __all__ = [
     "PBFBoundaryCorrection", "PBFBoundaryDensity", "PBFDensity", "PBFDensitySwollen", "PBFLambda", "PBFLeftOver",
-    "PBFMove", "PBFMoveAccelerated", "PBFPositionCorrection", "PBFPositionCorrectionSwollen", "PBFStepBack",
+    "PBFMove", "PBFMoveAccelerated", "PBFPositionCorrection", "PBFPositionCorrectionSwollen", "PBFPressure",
+    "PBFStepBack",
 ]
 
 
@@ -727,3 +730,42 @@ class PBFMoveAccelerated(Equation):
         dst.sweep_weight[2] = plain
         if dst.gpu is not None:
             dst.gpu.push('sweep_weight')
+
+
+class PBFPressure(Equation):
+    r"""Pressure in which the density constraint holds a particle, from the multipliers of all sweeps of a step.
+
+    .. math::  p_i = -\frac{\rho_0}{\rho_\text{rest}\,\Delta t^2} \sum_j \Lambda_j W_{ij},
+               \qquad \Lambda_j = \sum_\text{sweeps} \omega \lambda_j
+
+    The sweeps move particles by :math:`w_i \sum_j \Lambda_j \nabla_i C_j`, which takes the force
+    :math:`\sum_j \Lambda_j \nabla_i C_j / \Delta t^2`. Where C does not change, its work on the motion is
+    :math:`-\sum_j \Lambda_j\, \partial_s C_j\, ds/\Delta t^2` for swells s that change by ds, which is
+    :math:`\sum_i p_i\, dV_i` with :math:`V_i = s_i m_i/\rho_0`.
+
+    Source: ours, the principle of virtual work.
+
+    Parameters
+    ----------
+    rho0 : float       Rest density [kg/m^3], > 0.
+    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+
+    Reads    s_impulse (sum of the multipliers) [kg m^2], the time step.   Writes   d_pressure [Pa], own index only.
+    Errors   ValueError if rho0 <= 0 or rho_rest <= 0.   Limits   Walls have no multipliers. A correction that was cut
+    (``n_limited``) counts in full.
+    """
+
+    def __init__(self, dest, sources, rho0, rho_rest):
+        if not (rho0 > 0.0 and rho_rest > 0.0):
+            raise ValueError(f"rho0 and rho_rest must be > 0 kg/m^3, got {rho0} and {rho_rest}")
+        self.share = float(rho0 / rho_rest)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_pressure):
+        d_pressure[d_idx] = 0.0
+
+    def loop(self, d_idx, s_idx, d_pressure, s_impulse, WIJ):
+        d_pressure[d_idx] -= s_impulse[s_idx] * WIJ
+
+    def post_loop(self, d_idx, d_pressure, dt):
+        d_pressure[d_idx] *= self.share / max(dt*dt, 1e-300)

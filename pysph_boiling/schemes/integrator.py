@@ -159,7 +159,7 @@ class PBFIntegrator(Integrator):
                 set_constant(pa, "sweeps", 0.0)
         for k in range(n):
             if self.meter:
-                self.meter.begin(dt / n)
+                self.meter.begin(dt / n, short=dt / n < self.motion.shortest)
             super().step(time + k * dt / n, dt / n)
 
     def settle(self):

@@ -19,7 +19,7 @@ from pysph_boiling.particles import (
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
-from pysph_boiling.schemes.effects.mechanics import FORCES, Meter
+from pysph_boiling.schemes.effects.mechanics import Meter
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -223,7 +223,7 @@ class PBFScheme(Scheme):
                     yield lambda hook=table[place]: hook(self.arrays)
 
         meter = Meter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
-        apart = dict.fromkeys(FORCES, meter.share) if meter else {}
+        apart = meter.apart if meter else {}
         tag = vector_tag()
         built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag,
                                          apart=apart)

@@ -111,8 +111,9 @@ STAGES = (
         Block((
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
             GroupSpec("correction", "position correction"),
-            GroupSpec("move", "the correction applied, containers", ("x", "y", "z")),
+            GroupSpec("move", "the correction applied, containers", ("x", "y", "z", "impulse")),
         ), iterate="sweeps"),
+        Block((GroupSpec("pressure", "pressure that the sweeps made, for the mechanical ledger"),)),
     )),
     Stage("oscillation", "some bubble outside its radii", (
         Block((GroupSpec("push", "what its radius lacks, measured on the host, as a displacement", ("x", "y", "z")),)),
@@ -171,7 +172,7 @@ def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
     of (t, dt); ``hooks(place, spec)`` lists what runs on the host after a group. Groups are named, since PySPH writes
     the names into the generated source, whose text is the key of its cache; ``tag`` ends them, and says with which
     flags that source is compiled. ``apart`` maps a place whose terms stand in one group for each owner to what runs
-    after it, called with the owner. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
+    after each, called with the owner. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
     nothing else on every backend. A group does all that it does to one array before it turns to the next one, so what
     neighbours read is written in another group (``tests/unit/test_order.py``).
     """
@@ -182,10 +183,12 @@ def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
             place = f"{stage.name}.{spec.name}"
             here = [term for term in terms if term.place == place]
             if place in (apart or {}):
-                for owner in dict.fromkeys(term.owner for term in here):
+                owners = list(dict.fromkeys(term.owner for term in here))
+                for owner in owners:
                     equations = [term.equation for term in here if term.owner == owner]
+                    after = hooks(place, spec) if owner == owners[-1] else ()
                     groups.append(Group(equations, name=f"{place}_{owner}".replace(".", "_"),
-                                        post=partial(apart[place], owner)))
+                                        post=Hooks([partial(apart[place], owner), *after])))
             elif here:
                 groups.append(Group([term.equation for term in here], name=place.replace(".", "_"),
                                     post=Hooks(hooks(place, spec)) or None,

@@ -18,6 +18,7 @@ from pysph_boiling.equations.density_constraint import (
     PBFMove,
     PBFMoveAccelerated,
     PBFPositionCorrectionSwollen,
+    PBFPressure,
 )
 from pysph_boiling.particles import fluid_array, fluid_block, wall_array
 from pysph_boiling.schemes.effects import BoxContainer
@@ -41,9 +42,9 @@ class Kernels:
         self.kernel = self.evaluator.kernel
         self.fluid, self.wall = arrays
 
-    def run(self, *wanted):
+    def run(self, *wanted, dt=1.0):
         self.wanted = wanted
-        self.evaluator.run()
+        self.evaluator.run(dt=dt)
 
 
 def pairs(a, b, kernel):
@@ -66,7 +67,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
     motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
     motion.setup_properties([fluid, wall])
-    for name in ("swell", "qx", "qy", "qz"):
+    for name in ("swell", "qx", "qy", "qz", "impulse", "pressure"):
         fluid.add_property(name)
     fluid.add_constant("sweep_weight", [1.0, np.inf, 0.0])
     by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
@@ -84,6 +85,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
             PBFPositionCorrectionSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
                                          kernel=motion.kernel, nudge=by_name["PBFPositionCorrection"].nudge),
             copy(by_name["PBFBoundaryCorrection"])],
+        "pressure": [PBFPressure("fluid", ["fluid"], rho0=RHO0, rho_rest=by_name["PBFDensity"].rho_rest)],
         "move": [PBFMove("fluid", None, omega=0.7, longest=0.25 * spacing)],
         "move_accelerated": [PBFMoveAccelerated("fluid", None, omega=0.7, longest=0.25 * spacing, radius=0.9, delay=2)],
         "box": [PBFBoxContainer("fluid", None, depth=DEPTH, **container)],
@@ -235,6 +237,25 @@ def test_density_multiplier_and_correction_equal_the_reference(kernels, swollen)
     close(vectors(fluid, "dpx", "dpy", "dpz"), correction)
     np.testing.assert_allclose(fluid.density_error, [C.mean(), C.max()], rtol=ROUND_OFF)
     assert fluid.sweeps[0] == 1.0
+
+
+def test_pressure_is_what_a_change_of_volume_costs(kernels):
+    """dV of one particle, by a change of its swell, changes the sum of multipliers times constraints by -p dV dt^2."""
+    fluid, (rho_rest, _), dt, change = kernels.fluid, rest(kernels), 1e-3, 1e-4
+    kernels.run("swollen_density")
+    rho, volume = fluid.rho.copy(), fluid.m / RHO0
+    fluid.impulse[:] = np.where(fluid.rho > rho_rest, -np.random.default_rng(9).uniform(0.0, 1e-3, N_FLUID), 0.0)
+    kernels.run("pressure", dt=dt)
+    pressure = fluid.pressure.copy()
+    W, _ = pairs(fluid, fluid, kernels.kernel)
+    np.testing.assert_allclose(pressure, -RHO0 / rho_rest / dt**2 * (W @ fluid.impulse), rtol=ROUND_OFF, atol=0.0)
+    assert np.count_nonzero(pressure) > 40 and pressure.min() >= 0.0
+    for i in range(0, N_FLUID, 8):
+        fluid.swell[i] += change
+        kernels.run("swollen_density")
+        fluid.swell[i] -= change
+        cost = np.sum(fluid.impulse * (fluid.rho - rho)) / rho_rest
+        assert -cost == pytest.approx(pressure[i] * change * volume[i] * dt**2, rel=1e-8, abs=1e-20)
 
 
 def test_gradient_is_that_of_the_density(kernels):

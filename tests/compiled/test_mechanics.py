@@ -1,15 +1,32 @@
 """The mechanical ledger: kinetic energy closes part by part, and each part is what it is by another way to find it."""
+import inspect
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import sets
 from harness import Stepper
 
 from pysph_boiling.analysis.ledger import Ledger
+from pysph_boiling.equations.density_constraint import PBFMove, PBFMoveAccelerated
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.particles import box_vessel, fluid_block, site_array
+from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, site_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import Expansion, MechanicalLedger, Oscillation, Refill, Venting, XSPHViscosity
+from pysph_boiling.schemes.effects import (
+    Buoyancy,
+    Cohesion,
+    DensityConstraint,
+    Drag,
+    Expansion,
+    MechanicalLedger,
+    Oscillation,
+    Refill,
+    SiteAdhesion,
+    Venting,
+    XSPHViscosity,
+)
+from pysph_boiling.schemes.effects.mechanics import Meter
 
 DX, CLOSED = 0.004, 1e-12
 EVERYTHING = {**sets.BOIL, "expansion": Expansion(), "oscillation": Oscillation(form="hysteresis"),
@@ -52,7 +69,8 @@ def test_every_part_of_a_boil_closes():
     last = rows[-1]
     assert last["n_vented"] >= 5 and last["n_refilled"] >= 1 and last["n_pushed"] >= 3
     parts = MechanicalLedger().booked(stepper.scheme.scene())
-    for part in ("gravity", "density", "viscosity", "buoyancy", "tension", "drag", "vented", "oscillation"):
+    for part in ("gravity", "density", "expansion", "viscosity", "buoyancy", "tension", "drag", "vented",
+                 "oscillation"):
         assert part in parts and last[f"work_{part}"] != 0.0, part
     assert last["work_viscosity"] < 0.0 and last["work_vented"] < 0.0 and last["work_drag"] < 0.0
     start, moved = float(fluid.kinetic_start[0]), float(fluid.work_moved[0])
@@ -86,6 +104,116 @@ def test_falling_block():
     assert now["kinetic_energy"] == pytest.approx(0.5 * m * (9.81 * n * dt) ** 2, rel=1e-5)
     assert now["work_density"] == pytest.approx(-0.5 * m * (9.81 * dt) ** 2 * n, rel=1e-3)
     assert abs(now["work_viscosity"]) <= 1e-6 * now["work_gravity"]
+    assert now["work_expansion"] == now["work_container"] == 0.0  # nothing swells, nothing touches
+
+
+def column(ramp):
+    """A pool at rest on two layers that are to swell to 1.5 in ``ramp`` t*, and nothing else moves it.
+
+    (stepper, fluid, row, low): ``low`` (n,) tells which particles the layers are.
+    """
+    stepper, fluid, row = vessel(
+        fill=16, bubble=0.0, expansion=Expansion(v_exp=1.5, ramp=ramp), buoyancy=Buoyancy(k_bubble=0.0),
+        tension=Cohesion(strength=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
+        refill=Refill(rate=0.0), venting=Venting(mode="remove", steps=10**6),
+        oscillation=Oscillation(form="hysteresis", min_particles=10**6))
+    fluid.u[:] = fluid.v[:] = 0.0
+    stepper.dt = stepper.scheme.time_step()
+    stepper.step(200)
+    assert row()["work_expansion"] == 0.0
+    low = fluid.y < 2.0 * DX
+    assert 20 < np.count_nonzero(low) < 30
+    fluid.phase[low], fluid.e[low] = Phase.VAPOUR, WATER.L
+    return stepper, fluid, row, low
+
+
+@pytest.mark.filterwarnings("ignore:.*density sweeps")
+@pytest.mark.parametrize(("parts", "ramp"), [(1, 10), (6, 5)], ids=["steps", "short steps"])
+def test_swelling_vapour_does_p_dV(parts, ramp):
+    """p is the weight above. It lifts the pool as it swells, and gets back what it gave when it is liquid again."""
+    stepper, fluid, row, low = column(ramp)
+    stepper.dt /= parts
+    assert (stepper.dt < stepper.solver.integrator.motion.shortest) == (parts > 1)
+    done, before = [], fluid.swell.copy()
+    for goal in (1.5, 1.0):
+        expected, then = 0.0, row()
+        for _ in range(16 * ramp * parts):
+            change, before = fluid.swell - before, fluid.swell.copy()
+            stepper.step()
+            order = np.argsort(-fluid.y)
+            above = np.cumsum(fluid.m[order]) - 0.5 * fluid.m[order]
+            expected += 9.81 / (12 * DX) * np.sum(above * (fluid.m * change)[order]) / WATER.rho_l
+        assert np.all(np.abs(fluid.swell[low] - goal) < 1e-9) and abs(expected) > 0.1
+        now = row()
+        done.append(now["work_expansion"] - then["work_expansion"])
+        assert done[-1] == pytest.approx(expected, rel=0.12)  # measured .98 to 1.09 times
+        assert done[-1] == pytest.approx(then["work_gravity"] - now["work_gravity"], rel=0.12)  # .96 to 1.06
+        assert abs(now["work_residual"]) <= CLOSED
+        fluid.phase[low], fluid.e[low] = Phase.LIQUID, -1.0
+    assert done[0] > 0.0 > done[1] and abs(sum(done)) < 0.1 * done[0]  # measured .055 and .065
+
+
+@pytest.mark.filterwarnings("ignore:.*density sweeps")
+def test_short_step_after_long_ones_does_no_more_than_its_share():
+    """What a long step has swelled is in the positions to come, but not in the velocity of a short one."""
+    stepper, fluid, row, low = column(ramp=5.0)
+    stepper.step(40)
+    works = []
+    for steps, dt in ((10, stepper.dt), (1, 0.01 * stepper.dt)):
+        then, stepper.dt = row()["work_expansion"], dt
+        stepper.step(steps)
+        works.append((row()["work_expansion"] - then) / steps)
+    assert works[0] > 1e-4 and -0.01 * works[0] < works[1] < 0.1 * works[0]
+
+
+@pytest.mark.parametrize("accelerated", [False, True], ids=["plain", "accelerated"])
+def test_multipliers_add_up_as_displacements_do(accelerated):
+    """Two passes of five sweeps over one particle whose correction is its multiplier, the second without a velocity."""
+    move = dict(omega=0.7, longest=1e9)
+    equation = PBFMoveAccelerated("fluid", None, radius=0.9, delay=2, **move) if accelerated \
+        else PBFMove("fluid", None, **move)
+    constants = dict(prior=[1.0] * 3, sweeps=[0.0] * 2, density_error=[1.0] * 2)
+    if accelerated:
+        constants["sweep_weight"] = [1.0, np.inf, 0.0]
+    fluid = fluid_array(np.zeros((1, 3)), spacing=DX, dim=2, rho0=WATER.rho_l)
+    for name in ("sx", "sy", "sz", "dpx", "dpy", "dpz", "qx", "qy", "qz", "limited", "lmbda", "impulse"):
+        fluid.add_property(name)
+    for name, value in constants.items():
+        fluid.add_constant(name, value)
+    scene = SimpleNamespace(gravity=(0.0,) * 3, rho0=WATER.rho_l,
+                            effects={"density": DensityConstraint(), "expansion": Expansion()})
+    meter = Meter(SimpleNamespace(owners=lambda scene: []), scene, [fluid])
+    random, corrections = np.random.default_rng(5), []
+    for felt in (1.0, 0.0):
+        fluid.prior[1], fluid.sweeps[0] = felt, 0.0
+        if accelerated:
+            fluid.sweep_weight[:] = 1.0, np.inf, 0.0
+        for error in (1.0, 0.8, 0.7, 0.9, 0.6):  # it rises once: weights start anew
+            fluid.sweeps[0] += 1.0
+            fluid.density_error[0] = error
+            fluid.lmbda[0] = fluid.dpx[0] = random.uniform()
+            corrections.append(0.7 * fluid.dpx[0])
+            names = set(inspect.signature(equation.post_loop).parameters) - {"d_idx"}
+            equation.post_loop(0, **{name: getattr(fluid, name.removeprefix("d_")) for name in names})
+            if accelerated:
+                equation.reduce(fluid, 0.0, 0.0)
+            meter.add_multipliers()
+    assert fluid.impulse[0] == pytest.approx(fluid.sx[0], rel=1e-12) and 0.5 < fluid.sx[0] < 0.8 * fluid.x[0]
+    assert accelerated == (fluid.sx[0] > 1.1 * sum(corrections[:5]))
+
+
+def test_container_takes_the_speed_at_which_it_is_hit():
+    """A row of particles, below rest density all alone, is thrown at the lid and slides on along it."""
+    stepper, fluid, row = vessel(width=40, fill=4, bubble=0.0, aside=16.0, gravity=(0.0, 0.0, 0.0),
+                                 refill=Refill(rate=0.0), expansion=None, oscillation=None)
+    fluid.x[:], fluid.y[:] = DX * np.linspace(4.0, 36.0, len(fluid.x)), 6.0 * DX
+    fluid.u[:], fluid.v[:] = 0.1, 1.0
+    stepper.step(12)
+    now, m = row(), fluid.m.sum()
+    assert now["n_contacts"] >= len(fluid.x) == 32
+    assert now["work_container"] == pytest.approx(-0.5 * m, rel=1e-9)
+    assert now["kinetic_energy"] == pytest.approx(0.5 * m * 0.1**2, rel=1e-9)
+    assert abs(now["work_density"]) <= 1e-12 * m and "work_expansion" not in now
 
 
 def test_viscosity_takes_what_its_pairs_lose():

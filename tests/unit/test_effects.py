@@ -184,23 +184,27 @@ def test_storage_in_sites_adds_what_it_owns():
         assert what(after) - what(before) == own and what(before) <= what(after)
 
 
-def test_mechanical_ledger_adds_what_it_owns():
+@pytest.mark.parametrize("effects", [sets.BOIL, sets.SETS["expand"]], ids=["boil", "expand"])
+def test_mechanical_ledger_adds_what_it_owns(effects):
     """It cannot be in FULL, since it sets the forces of each effect apart."""
-    before, after = make(effects=sets.BOIL), make(effects={**sets.BOIL, "mechanics": MechanicalLedger()})
+    before, after = make(effects=effects), make(effects={**effects, "mechanics": MechanicalLedger()})
+    swells = "expansion" in effects
     owners = {"density", "viscosity", "nucleation", "buoyancy", "tension", "adhesion", "drag", "venting"}
-    parts = owners | {"gravity", "vented"}
+    parts = owners | {"gravity", "vented", "container"} | ({"expansion"} if swells else set())
     for what, own in (
-        (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, set()),
-        (lambda m: set(m[1][0].properties), {f"a{axis}_by_{owner}" for owner in owners for axis in "uvw"}),
+        (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, {"PBFPressure"} if swells else set()),
+        (lambda m: set(m[1][0].properties), {f"a{axis}_by_{owner}" for owner in owners for axis in "uvw"} | (
+            {"swell_before", "impulse", "pressure"} if swells else set())),
         (lambda m: set(m[1][0].constants), {f"work_{part}" for part in parts} | {"work_moved", "kinetic_start"}),
         (lambda m: {column.name for column in Ledger(m[0]).columns},
          {f"work_{part}" for part in parts} | {"kinetic_energy", "work_residual"}),
     ):
         assert what(after) - what(before) == own and what(before) <= what(after)
     names = [[group.name for _, group in subgroups(made[2])] for made in (before, after)]
-    assert set(names[0]) - set(names[1]) == {"forces_sum", "forces_release"}
+    assert set(names[0]) - set(names[1]) == {"forces_sum", "forces_release", "density_contact", "density_move"}
     assert set(names[1]) - set(names[0]) == {f"forces_sum_{owner}" for owner in owners - {"venting"}} | {
-        "forces_release_venting"}
+        "forces_release_venting", "density_contact_container", "density_move_density", "density_move_container"} | (
+            {"density_pressure"} if swells else set())
 
 
 def test_every_slot_is_tested():
@@ -420,7 +424,7 @@ def refreshed(equations):
 
 def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_read():
     found = refreshed(make(effects=FULL)[2])
-    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z")
+    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z", "impulse")
     assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e", "T")
     assert found["phases_edges"] == ("phase", "T")
     assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)
@@ -429,7 +433,8 @@ def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_rea
 def test_groups_refresh_what_there_is():
     """A misspelt name would refresh nothing, in silence."""
     properties = {row.name for row in BASE_PROPERTIES}
-    for effects in (FULL, {"phases": PhaseChange(kinetic="never"), "storage": SiteStorage()}):
+    for effects in ({"mechanics": MechanicalLedger()},
+                    {"phases": PhaseChange(kinetic="never"), "storage": SiteStorage()}):
         scene = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **{**FULL, **effects}).scene()
         properties |= {row.name for effect in scene.effects.values() for row in effect.properties(scene)}
     named = {name for stage in STAGES for block in stage.blocks for spec in block.groups for name in spec.refresh}

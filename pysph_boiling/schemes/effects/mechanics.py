@@ -5,12 +5,15 @@ from typing import ClassVar
 import numpy as np
 from compyle.array import get_backend
 
-from pysph_boiling.particles import Property, fill, host
+from pysph_boiling.equations.density_constraint import PBFPressure
+from pysph_boiling.particles import Property, fill, host, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, constant
+from pysph_boiling.schemes.stages import Term
 
 __all__ = ["MechanicalLedger", "Meter"]
 
 FORCES = ("forces.sum", "forces.release")  # places whose terms are told apart, by the effect that they belong to
+MOVES = ("density.contact", "density.move")  # and those that move particles
 AXES = ("u", "v", "w")
 
 
@@ -18,16 +21,20 @@ AXES = ("u", "v", "w")
 class MechanicalLedger(Effect):
     """Books the work of each part of a step [J] since the start, so that kinetic energy closes as heat does.
 
-    .. math::  K - K_0 = W_{gravity} + W_{density} + \\sum_{terms} W + W_{oscillation} + W_{vented} + residual
+    .. math::  K - K_0 = W_{gravity} + W_{density} + W_{expansion} + W_{container} + \\sum_{terms} W
+               + W_{oscillation} + W_{vented} + residual
 
-    ``work_gravity`` is m g times every displacement, also one that gives no velocity. ``work_density`` is what the
-    density constraint, the containers and the finite time step do besides; what swelling vapour does to the liquid
-    is in it. An acceleration a of the effect ``name`` does m (v + v')/2 . a dt from one velocity to the next:
-    ``work_<name>``. ``work_oscillation`` is booked by the push, ``work_vented`` by the venting. The residual is
+    ``work_gravity`` is m g times every displacement, also one that gives no velocity. ``work_expansion`` is the sum of
+    p dV over the particles whose rest volume changes, with the pressure p of the density constraint
+    (:class:`PBFPressure`): what swelling vapour does to the rest, negative where it shrinks. ``work_container`` is what
+    contacts with the container and projections into it do, ``work_density`` what the density constraint and the finite
+    time step do besides. An acceleration a of the effect ``name`` does m (v + v')/2 . a dt from one velocity to the
+    next: ``work_<name>``. ``work_oscillation`` is booked by the push, ``work_vented`` by the venting. The residual is
     relative to all that moved: 1e-12 and less, or something moves the fluid that nobody books.
 
     Source: ours.   Limits: one rank, no device. The terms are summed group by group, so that a run with this effect
-    equals one without it to round-off, which grows in a chaotic flow.
+    equals one without it to round-off, which grows in a chaotic flow. What a short step puts back into the container
+    without a velocity (``density.back``) is booked with the density constraint.
     """
 
     slot: ClassVar[str] = "mechanics"
@@ -42,7 +49,11 @@ class MechanicalLedger(Effect):
 
     def parts(self, scene):
         """Name of each part that is booked here: a column ``work_<part>``, and its meaning."""
-        parts = {"gravity": "work of gravity", "density": "work of the density constraint, containers and time step"}
+        parts = {"gravity": "work of gravity", "density": "work of the density constraint and the time step"}
+        if "expansion" in scene.effects:
+            parts["expansion"] = "work of vapour that swells or shrinks, p dV"
+        if "container" in scene.effects:
+            parts["container"] = "work of contacts with the container and projections into it"
         parts.update({slot: f"work of the accelerations of '{slot}'" for slot in self.owners(scene)
                       if slot != "density"})
         if "venting" in scene.effects:
@@ -50,8 +61,19 @@ class MechanicalLedger(Effect):
         return parts
 
     def properties(self, scene):
-        return tuple(Property(f"{axis}_by_{slot}", "m/s^2", f"acceleration by '{slot}'", state=True)
-                     for slot in self.owners(scene) for axis in ("au", "av", "aw"))
+        rows = [Property(f"{axis}_by_{slot}", "m/s^2", f"acceleration by '{slot}'", state=True)
+                for slot in self.owners(scene) for axis in ("au", "av", "aw")]
+        if "expansion" in scene.effects:
+            rows += [Property("swell_before", "-", "swell in the step before; 0 for a new particle", state=True),
+                     Property("impulse", "kg m^2", "multipliers of the sweeps of this step, summed"),
+                     Property("pressure", "Pa", "pressure of the density constraint in this step")]
+        return tuple(rows)
+
+    def terms(self, scene, fluid):
+        if "expansion" in scene.effects:
+            lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
+            yield Term("density.pressure", PBFPressure(
+                fluid, list(scene.fluids), rho0=scene.rho0, rho_rest=scene.rho0 * lattice))
 
     def constants(self, scene):
         return {"kinetic_start": [0.0, 0.0], "work_moved": 0.0,
@@ -99,13 +121,17 @@ def kinetic(arrays):
 class Meter:
     """Measures a step at the borders of its parts, for the integrator; ``arrays`` is filled by the scheme later.
 
-    ``begin`` stands before the prediction, ``mark`` after a stage, ``share`` after the terms of one effect.
+    ``begin`` stands before the prediction, ``mark`` after a stage; ``apart`` tells which function is called after the
+    terms of one effect at a place.
     """
 
     def __init__(self, effect, scene, arrays):
         self.arrays, self.scene = arrays, scene
         self.owners, self.gravity = effect.owners(scene), np.array(scene.gravity)
-        self.summed = []
+        self.omega, self.swells = scene.effects["density"].omega, "expansion" in scene.effects
+        self.summed, self.swelled, self.carried = [], [], {}
+        self.energy = None  # of the displacement so far; None between steps, also while a start is settled
+        self.apart = {**dict.fromkeys(FORCES, self.share), **dict.fromkeys(MOVES, self.moved)}
 
     def book(self, part, work):
         first = self.arrays[0]
@@ -122,8 +148,11 @@ class Meter:
         return sum(0.5 * float(np.sum(host(pa, "m") * sum(host(pa, name)**2 for name in ("sx", "sy", "sz"))))
                    for pa in self.arrays) / self.dt**2
 
-    def begin(self, dt):
-        """Work of each acceleration in the prediction that follows, from the velocity before it to that after it."""
+    def begin(self, dt, short):
+        """Work of each acceleration in the prediction that follows, from the velocity before it to that after it.
+
+        In a ``short`` step the velocity feels no more of the swell than its rate makes in that step.
+        """
         self.dt = dt
         if self.arrays[0].kinetic_start[1] == 0.0:
             self.arrays[0].kinetic_start[:] = kinetic(self.arrays), 1.0
@@ -138,8 +167,15 @@ class Meter:
                 free = work  # of gravity, on the velocity
             else:
                 self.book(slot, work)
-        self.energy = None
         self.free = free
+        if self.swells:
+            self.swelled = []
+            for pa in self.arrays:
+                swell, before = host(pa, "swell"), host(pa, "swell_before")
+                change = dt * host(pa, "swelling") if short else swell - np.where(before > 0.0, before, swell)
+                self.swelled.append(change)
+                before[:] = swell
+                fill(pa, "impulse", 0.0)
 
     def predicted(self):
         """After the prediction, before any stage."""
@@ -156,16 +192,42 @@ class Meter:
         return work
 
     def mark(self, stage):
-        """After a stage: what it did to the kinetic energy, less what gravity did."""
-        if stage not in ("density", "oscillation", "forces"):
-            return
-        energy = kinetic(self.arrays) if stage == "forces" else self.kinetic()
+        """After a stage: what it did besides gravity, and besides what is told apart."""
+        if stage == "density":
+            self.book("density", self.gained(self.kinetic()))
+        elif stage == "oscillation":
+            self.arrays[0].work_moved[0] += abs(self.gained(self.kinetic()))  # booked by the push itself
+        elif stage == "forces":
+            self.book("density", self.gained(kinetic(self.arrays)))
+            self.energy = None
+            if self.swells:
+                work = sum(float(np.sum(host(pa, "m") * change * host(pa, "pressure")))
+                           for pa, change in zip(self.arrays, self.swelled)) / self.scene.rho0
+                self.book("expansion", work)
+                self.book("density", -work)
+
+    def gained(self, energy):
+        """Change of the kinetic energy since the last call, less what gravity did [J]."""
         work = energy - self.energy - self.fallen()
         self.energy = energy
-        if stage == "oscillation":
-            self.arrays[0].work_moved[0] += abs(work)  # booked by the push itself
-        else:
-            self.book("density", work)
+        return work
+
+    def moved(self, slot):
+        """After the terms of one effect have moved particles."""
+        if self.energy is None:
+            return
+        if slot == "density" and self.swells:
+            self.add_multipliers()
+        self.book(slot, self.gained(self.kinetic()))
+
+    def add_multipliers(self):
+        """Add the multipliers of a sweep to those of the step, as :class:`PBFMoveAccelerated` adds displacements."""
+        for pa in self.arrays:
+            weight, last = self.carried[pa.name] if pa.sweeps[0] > 1.0 else (1.0, 0.0)
+            last = self.omega * weight * host(pa, "lmbda") + (weight - 1.0) * last
+            host(pa, "impulse")[:] += pa.prior[1] * last
+            weight = pa.sweep_weight[0] if "sweep_weight" in pa.constants else 1.0
+            self.carried[pa.name] = weight, last
 
     def share(self, slot):
         """After the terms of one effect: what they added to the accelerations."""
