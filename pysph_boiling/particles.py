@@ -238,10 +238,10 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
 
 
 def weigh_walls(walls, *, kernel, dim, domain=None):
-    """Give wall arrays the masses that they have side by side, and in a periodic ``domain`` (PySPH's ``DomainManager``).
+    """Give wall arrays the masses that they have side by side, and in a periodic ``domain`` (a ``DomainManager``).
 
-    The volumes of :func:`wall_array` are summed over one array, and without a domain that it is not told: at a joint
-    or a border they are too large. Masses that are none of these stay: they are the user's own, or right already.
+    The volumes of :func:`wall_array` are summed over one array, and without a domain that it is not told: they are too
+    large at a joint or a border. Masses that are none of these stay: they are the user's own, or right already.
     Limits: arrays of one smoothing length; others stay as they are.
     """
     columns = [np.stack([pa.get(name, only_real_particles=True) for name in ("x", "y", "z", "h", "rho", "m")], -1)

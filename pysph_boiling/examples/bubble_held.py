@@ -48,6 +48,10 @@ class BubbleHeld(BubbleRise):
         require(whole >= 0.9, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         kept = float(history["n"][-1] / history["n"][0])
         require(kept >= 0.9, f"{kept:.0%} of the vapour are left: it must stay below the surface")
+        p, material = self.parameters, self.scheme.material
+        pool = sum(pa.get_number_of_particles(True) for pa in self.scheme.arrays)
+        most = 1.1 + p.superheat * material.c_l / material.L * pool / float(history["n"][0])  # and a tenth, being whole
+        require(kept <= most, f"there is {kept:.0%} of the vapour; the pool's heat pays for {most:.0%} at most")
 
 
 if __name__ == "__main__":

@@ -145,10 +145,11 @@ class BubbleRise(SceneApplication):
         height, diameter = history["height1"], p.diameter * p.spacing
         whole = float(np.min(history["n1"] / history["n"]))
         require(whole >= 0.8, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
-        risen = height[-1] - height[0]
+        risen = height[-1] - height[0]  # the surface ends it
         require(risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters; it must by 3")
         fall = float(np.max(-np.diff(height)))
         require(fall <= 0.5 * p.spacing, f"the bubble sank by {fall / p.spacing:.2g} spacings in a frame")
+        # one, or one more for each piece of the fifth that may come off
         require(self.ledger.rows[-1]["n_bubbles_vented"] >= 1, "the bubble did not reach the surface")
 
 

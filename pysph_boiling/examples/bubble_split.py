@@ -5,8 +5,8 @@ the eddies that other bubbles leave behind (J. O. Hinze, AIChE J. 1, 1955: where
 velocity across the bubble, exceeds a number of order one). Here two counter-rotating eddies are set up at the start,
 above the bubble: between them liquid falls, pierces the bubble and draws its flanks apart. After that nothing is
 imposed. A bubble so large has little surface tension for its size (Bond number 130), so cohesion is weak here; the
-oscillation constraint is soft (the omega and the displacement limit of the paper's eq. 30 are small), since by pulling
-all of a bubble towards its mean radius it holds together what shear draws apart.
+oscillation constraint is soft (the omega of the paper's eq. 30 is small), since by pulling all of a bubble towards its
+mean radius it holds together what shear draws apart.
 
 Equations   as ``bubble_rise``; at the start the stream function of the eddies, S x exp(-(x^2 + (z - z0)^2)/(2 a^2)).
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 9; Fig. 12 with

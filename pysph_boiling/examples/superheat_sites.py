@@ -39,6 +39,7 @@ class SuperheatSites(SteadyBoiling):
     def check_final(self):
         self.check_needs("phases")
         superheated, last = self.ledger.table()["n_superheated"], self.ledger.rows[-1]
+        # Counts since the start: the longer it boils the more; that the heat pays for them is the ledger's to check.
         made = sum(last.get(name, 0.0) for name in ("n_nucleated", "n_burst", "n_emitted"))
         require(made >= 10, f"{made:g} particles became vapour; at least 10 must")
         if self.scheme.effects["phases"].kinetic == "always":

@@ -79,6 +79,41 @@ def test_no_scene_fails_for_being_short(name, variant):
         assert 0.5 * standard < application.check_from(application.parameters) <= standard
 
 
+def steady(median):
+    """What steady_boiling makes of 7 bubbles that departed with so many particles."""
+    from pysph_boiling.examples.steady_boiling import SteadyBoiling
+
+    class Ran(SteadyBoiling):
+        departures = [(0.1, median)] * 7
+
+    application = Ran()
+    application.resolve(["--flat"])
+    table = {"n_single_bubbles": np.array([0.0]), "n_bubbles": np.array([7.0])}
+    application.ledger = SimpleNamespace(table=lambda: table, rows=[{"n_bubbles_vented": 7.0}])
+    application.check_final()
+
+
+def held(left):
+    """What bubble_held makes of a bubble of 20 particles that has so many in the end; its pool pays for .042 of one."""
+    from pysph_boiling.examples.bubble_held import BubbleHeld
+
+    application = BubbleHeld()
+    application.resolve(["--flat"])
+    application.scheme.arrays = [SimpleNamespace(get_number_of_particles=lambda real: 224)]
+    n = np.array([20.0, 20.0, left])
+    application.check_bubbles({"t": np.array([0.0, 0.2, 0.5]), "n": n, "n1": n})
+
+
+@pytest.mark.parametrize(("check", "good", "bad"), [(steady, (8, 40, 706), (7, 707)), (held, (18, 20, 22), (17, 23))])
+def test_final_checks_have_a_bound_on_both_sides(check, good, bad):
+    """A film of 707 particles, wider than half the base, passed as a bubble, and vapour from nothing as one held."""
+    for value in good:
+        check(value)
+    for value in bad:
+        with pytest.raises(CheckFailed, match="particles; it must have|of the vapour"):
+            check(value)
+
+
 def test_rounded_sums_pass_and_losses_do_not():
     application = HeatedSlab()
     application.resolve([])

@@ -72,7 +72,7 @@ def test_vapour_colour_is_there_only_with_vapour(tmp_path):
 
 @pytest.mark.parametrize(("e_lat", "hot"), [(None, [True, True, True, False]), (5.0, [False, False, True, False])])
 def test_liquid_held_at_saturation_is_not_drawn_as_superheated(tmp_path, monkeypatch, e_lat, hot):
-    """Four particles without a site, of e = 1, 5, 9 and 0 J/kg; an interruption held 5 J/kg in each, or there is none."""
+    """Four particles without a site, of e = 1, 5, 9 and 0 J/kg; an interruption held 5 J/kg in each, or nothing."""
     monkeypatch.setattr(rendering, "MARGINS", SimpleNamespace(left=0.05, right=0.05, bottom=0.05, top=0.05))
     said = []
     monkeypatch.setattr(rendering, "_legend_entries", lambda *a, made=rendering._legend_entries: said.extend(
