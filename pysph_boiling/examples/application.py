@@ -286,6 +286,7 @@ class SceneApplication(Application):
         self.noted = {}  # t [s] -> what is measured there, where no files are written
         self.prepared = None
         self.resumed = None
+        self.dry = None
         self.changes = []  # of parameters, where a run went on with others: dicts with t, parameter, before, after
         self.began = perf_counter(), 0
 
@@ -510,7 +511,6 @@ class SceneApplication(Application):
         self.solver.before_output = self.save
         self.progress, self.interrupt = Progress(self.solver, self.title, self.quiet), Interrupt()
         effects = self.scheme.effects.values()
-        self.dry = None
         if any(effect.removes_particles for effect in effects) and "refill" not in self.scheme.effects:
             self.dry = Dry(self.scheme.arrays, self.solver)
         return [self.interrupt, *tools, self.ledger, self.progress, *([self.dry] if self.dry else [])]
