@@ -159,9 +159,9 @@ Made by `pysph-boiling stress{options}`. A case passes if no rule below is broke
 sensible; what fails is left in the table with its reason. Kinetic plus potential energy (*energy rise*, over m g H) is
 told for cases in which nothing but gravity does work. *H* is the height of the highest particle over the floor of the
 container at the start, *U* the fastest speed at the start. Safeguards are reported when they act: steps that were
-split, the displacement limiter of a sweep, the container that projects back, steps whose sweeps end at their maximum,
-heat steps in one step, pushes of the oscillation that were cut, volumes of bubbles that were held at their bounds. What
-each of them does: [model.md](model.md), "What keeps it stable".
+split, the displacement limiter of a sweep, the container that projects back, steps that end with a mean density error
+above `density.most_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of them
+does: [model.md](model.md), "What keeps it stable".
 
 {counts}
 
