@@ -1,4 +1,4 @@
-"""Stops a run at the step in which a number that is none appears, or a temperature beyond physics."""
+"""Stops a run at the step in which a NaN or Inf appears, or a temperature beyond physics."""
 import math
 import warnings
 
