@@ -119,10 +119,11 @@ class Resumed:
         self.record = run_record(self.folder)
         found, solver_data = read_output(file)
         self.t, self.count = float(solver_data["t"]), int(solver_data["count"])
-        if not {"scene", "parameters", "effects", "arguments"} <= self.record.keys():
+        try:
+            new = compare(application, self.record, self.t)
+        except (AttributeError, KeyError, TypeError) as error:
             raise ValueError(f"{file} cannot be gone on from: the run.json beside it, which says how it was made, is "
-                             f"{'not one of ours' if self.record else 'not there'}")
-        new = compare(application, self.record, self.t)
+                             f"{'not one of ours' if self.record else 'not there'}") from error
         self.new = [change for change in new if change["parameter"] not in ("dt", "backend")]
         self.changes = [*(one for one in self.record.get("changes", ()) if one["t"] <= self.t), *new]
         given = {name for effect in application.scheme.effects.values() for name in effect.given}

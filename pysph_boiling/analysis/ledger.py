@@ -46,9 +46,10 @@ def load_results(path):
         raise
     except Exception as error:  # whatever zipfile, zlib and NumPy make of a broken file
         raise ValueError(f"{path} is not a complete results table: {error}") from None
-    if len({values.shape for values in table.values()}) != 1 or any(
+    if "t" not in table or len({values.shape for values in table.values()}) != 1 or any(
             values.ndim != 1 or values.dtype.kind not in "iufb" for values in table.values()):
-        raise ValueError(f"{path} is not a results table: its columns are not rows of numbers of equal length")
+        raise ValueError(f"{path} is not a results table: it has no column t, or its columns are not rows of numbers "
+                         "of equal length")
     return table
 
 

@@ -69,8 +69,15 @@ class PBFScheme(Scheme):
             raise ValueError(f"spacing must lie in [{SPACINGS[0]:g}, {SPACINGS[1]:g}] m, got {spacing} m")
         if not 1.0 <= hdx <= 2.0:
             raise ValueError(f"hdx (smoothing length over spacing) must lie in [1, 2], got {hdx}")
-        if not fluids:
+        if not len(fluids):
             raise ValueError("a scheme needs the name of at least one fluid array")
+        for kind, names in (("fluids", fluids), ("solids", solids), ("sites", sites)):
+            if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+                raise ValueError(f"{kind} must be a list of names of particle arrays, got {names!r}")
+        names = [*fluids, *solids, *sites]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"the particle array '{twice}' is named twice: it would act twice")
         if gravity is None:
             gravity = (0.0, -9.81, 0.0) if dim == 2 else (0.0, 0.0, -9.81)
         gravity = tuple(float(component) for component in gravity)

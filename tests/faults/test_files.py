@@ -105,9 +105,10 @@ def test_broken_results_are_refused(tmp_path, content):
 
 
 def test_table_of_something_else_is_refused(tmp_path):
-    np.savez(tmp_path / "results.npz", t=np.zeros(3), picture=np.zeros((4, 4)))
-    with pytest.raises(ValueError, match="is not a results table: its columns"):
-        load_results(tmp_path)
+    for content in (dict(t=np.zeros(3), picture=np.zeros((4, 4))), dict(height=np.zeros(3)), {}):
+        np.savez(tmp_path / "results.npz", **content)
+        with pytest.raises(ValueError, match="is not a results table: it has no column t, or its columns"):
+            load_results(tmp_path)
 
 
 def test_last_output_is_the_newest_whole_one(written):

@@ -129,9 +129,16 @@ def slab(tmp_path_factory):
     return folder
 
 
-def test_file_without_its_record_is_refused(slab, tmp_path, capsys):
+@pytest.mark.parametrize(("record", "what"), [
+    (None, "there"), ("[1, 2]", "there"), ('{"scene": "heated_slab"}', "one of ours"),
+    ('{"scene": "heated_slab", "parameters": [], "effects": 3, "arguments": null}', "one of ours"),
+    ('{"scene": "heated_slab", "parameters": {"spacing": 1}, "effects": {}, "arguments": []}', "one of ours"),
+])
+def test_file_without_its_record_is_refused(slab, tmp_path, capsys, record, what):
     file = tmp_path / os.path.basename(output_files(slab)[1])
     file.write_bytes(open(output_files(slab)[1], "rb").read())
     read_output(file)  # it is whole
+    if record:
+        (tmp_path / "run.json").write_text(record)
     assert run("heated_slab", tmp_path / "out", "--restart-file", str(file)) == 2
-    assert "the run.json beside it, which says how it was made, is not there" in capsys.readouterr().err
+    assert f"the run.json beside it, which says how it was made, is not {what}" in capsys.readouterr().err

@@ -71,6 +71,7 @@ COMMANDS = [
     ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
     ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
     ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
+    ("run steady_boiling --expansion --expansion.ramp 1", "--expansion.ramp must be >= 2.0, got 1.0"),
     ("run dam_break --frame 1e-300", "s in steps of 1e-300 s are"),
     ("run steady_boiling --timestep 1e-15", "more than 2147483648: take longer steps or frames, a shorter --duration"),
     # contradictions
@@ -313,6 +314,10 @@ def test_temperature_is_refused(T):
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=-1.0), "spacing must be > 0 m, got -1.0 m"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=np.nan), "spacing must be > 0 m, got nan m"),
     (lambda: BoilingScheme([], [], dim=2, spacing=DX), "needs the name of at least one fluid array"),
+    (lambda: BoilingScheme(["a", "a"], [], dim=2, spacing=DX), "the particle array 'a' is named twice"),
+    (lambda: BoilingScheme(["a"], ["b"], dim=2, spacing=DX, sites=["b"]), "the particle array 'b' is named twice"),
+    (lambda: BoilingScheme("fluid", [], dim=2, spacing=DX), "fluids must be a list of names of .*, got 'fluid'"),
+    (lambda: BoilingScheme(["fluid"], [1], dim=2, spacing=DX), r"solids must be a list of names of .*, got \[1\]"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, gravity=(0, 1)), "gravity must be three finite"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, hdx=0.5), r"must lie in \[1, 2\], got 0.5"),
     (lambda: sets.WATER_1ATM.with_(L=0.0), "L of water at 1 atm must be > 0 J/kg, got 0.0"),

@@ -33,7 +33,8 @@ class Expansion(Effect):
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     v_exp: float = param(2.0, "-", "rest volume of vapour in units of the liquid's (water at 1 atm: 1600); in 2-D "
                          "below 3.166 at the default kernel and smoothing length", low=1.0, high=4.0)
-    ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|)", above=0.0)
+    ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|); a bubble that "
+                        "swells faster throws the liquid", low=2.0)
 
     def properties(self, scene):
         return (Property("swell", "-", "rest volume in units of the liquid's", state=True),
