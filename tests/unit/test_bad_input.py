@@ -71,6 +71,8 @@ COMMANDS = [
     ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
     ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
     ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
+    ("run steady_boiling --nucleation.radius 5", "need 5: --nucleation.radius, --nucleation.attraction-radius and "
+     "--adhesion.radius must be at most 2.4"),
     ("run steady_boiling --expansion --expansion.ramp 1", "--expansion.ramp must be >= 2.0, got 1.0"),
     ("run dam_break --frame 1e-300", "s in steps of 1e-300 s are"),
     ("run steady_boiling --timestep 1e-15", "more than 2147483648: take longer steps or frames, a shorter --duration"),

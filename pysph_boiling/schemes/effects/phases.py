@@ -142,8 +142,10 @@ class PresetNucleation(Effect):
             reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
             needed = max(self.reach, scene.effects["adhesion"].radius if "adhesion" in scene.effects else 0.0)
             if reach < needed * (1.0 - 1e-9):
-                raise ValueError(f"sites '{name}' reach {reach:.3g} spacings, the effects need {needed:.3g}: make the "
-                                 f"array with site_array(reach={needed * scene.spacing:.3g})")
+                raise SchemeError(f"sites '{name}' reach {reach:.3g} spacings, the effects need {needed:.3g}",
+                                  f"make the array with site_array(reach={needed * scene.spacing:.3g})",
+                                  "nucleation.radius, nucleation.attraction_radius and adhesion.radius must be at most "
+                                  f"{reach:.3g}")
             self.crowded(scene, np.stack([arrays[name].get(axis, only_real_particles=True) for axis in "xyz"], -1))
 
     def crowded(self, scene, sites):
