@@ -38,7 +38,7 @@ class BubbleSwell(Equation):
             most = most * self.vapour
         change = min(max(goal - d_swell[d_idx], -most), most)
         d_swell[d_idx] += change
-        d_swelling[d_idx] = change / max(dt, 1e-300)
+        d_swelling[d_idx] = change / max(dt, 1e-30)
 
 
 class BubbleSwellBack(Equation):
