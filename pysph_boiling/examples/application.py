@@ -425,7 +425,10 @@ class SceneApplication(Application):
                 self.resumed = Resumed(restart, self, self.prepared)
                 self.changes = self.resumed.changes
         if not self.options.disable_output:
-            self.check_folder()
+            names = self.check_folder()
+            ranks.wait()  # all have looked before the first one writes
+            if ranks.rank() == 0:
+                self.manifest.claim(*names)
         # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
         self.options.parallel_scale_factor = 1.0
         super().setup(argv=None)
@@ -443,7 +446,7 @@ class SceneApplication(Application):
         return restart
 
     def check_folder(self):
-        """Refuse a folder with files of the user or of another scene in the way; list what is going to be written."""
+        """Refuse a folder with files of the user or of another scene in the way; the names of what will be written."""
         folder, fname = Path(self.options.output_dir), self.fname
         other = run_record(folder).get("scene", self.scene_name())
         if other != self.scene_name():
@@ -455,9 +458,7 @@ class SceneApplication(Application):
             names += ["history.png", "frames.png", *self.pictures]
         drawn = [r"frames/frame_\d{5}\.png"] if self.options.pictures else []
         self.manifest.refuse(*map(re.escape, ["MANIFEST", *names]), rf"{re.escape(fname)}_\d{{5,}}\.hdf5", *drawn)
-        ranks.wait()
-        if ranks.rank() == 0:
-            self.manifest.claim(*names)
+        return names
 
     def begun(self):
         """Names of the files that PySPH has begun when the first step is taken: its summary, and its log."""
@@ -477,7 +478,7 @@ class SceneApplication(Application):
             console.print(f"replaced {what} in {self.output_dir}: {files} particle files, {len(gone) - files} others",
                           markup=False)
         if not on:
-            self.check_folder()
+            self.manifest.claim(*self.check_folder())
 
     @property
     def output_files(self):
