@@ -426,9 +426,10 @@ class SceneApplication(Application):
                 self.changes = self.resumed.changes
         if not self.options.disable_output:
             names = self.check_folder()
-            ranks.wait()  # all have looked before the first one writes
+            ranks.wait()  # all have looked before the first one writes, and it has before the others begin their logs
             if ranks.rank() == 0:
                 self.manifest.claim(*names)
+            ranks.wait()
         # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
         self.options.parallel_scale_factor = 1.0
         super().setup(argv=None)
