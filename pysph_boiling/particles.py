@@ -185,8 +185,8 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
     if domain is not None:
         manager = domain.manager
         ends = {f"{axis}{end}": getattr(manager, f"{axis}{end}") / h for axis in "xyz" for end in ("min", "max")}
-        domain = DomainManager(**ends, **{f"periodic_in_{axis}": bool(getattr(manager, f"periodic_in_{axis}"))
-                                          for axis in "xyz"})
+        along = {f"periodic_in_{axis}": bool(getattr(manager, f"periodic_in_{axis}")) for axis in "xyz"}
+        domain = DomainManager(**ends, **along, backend="cython")  # on a device too: this sum is the host's
     nnps = LinkedListNNPS(dim=dim, particles=[pa], radius_scale=kernel.radius_scale, domain=domain)
     x, y, z = (pa.get(axis, only_real_particles=False) for axis in "xyz")
     from cyarray.carray import UIntArray

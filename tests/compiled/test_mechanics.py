@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sets
-from harness import Stepper
+from harness import Stepper, host_only
 
 from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.equations.density_constraint import PBFMove, PBFMoveAccelerated
@@ -27,6 +27,8 @@ from pysph_boiling.schemes.effects import (
     XSPHViscosity,
 )
 from pysph_boiling.schemes.effects.mechanics import Meter
+
+pytestmark = host_only  # the mechanical ledger refuses a device
 
 DX, CLOSED = 0.004, 1e-12
 EVERYTHING = {**sets.BOIL, "expansion": Expansion(), "oscillation": Oscillation(form="hysteresis"),

@@ -265,7 +265,8 @@ def test_list_prints_the_runs_and_starts_none(root, two_figures, tmp_path, capsy
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (["fig99"], "no figure 'fig99'; did you mean 'fig9'? There are: fig9, table9"), (["--jobs", "0"], "--jobs must be 1 to 4, got 0"),
+    (["fig99"], "no figure 'fig99'; did you mean 'fig9'? There are: fig9, table9"),
+    (["--jobs", "0"], "--jobs must be 1 to 4, got 0"),
     (["--jobs", "5"], "--jobs must be 1 to 4, got 5")])
 def test_what_cannot_be_done_is_refused_in_a_sentence(root, two_figures, capsys, arguments, message):
     assert cli.main(["reproduce", *arguments]) == 2

@@ -7,7 +7,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
-from pysph_boiling.particles import Property, fill, host, lattice_density
+from pysph_boiling.particles import Property, fill, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
@@ -111,7 +111,7 @@ class DensityConstraint(Effect):
         lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
         expansion = scene.effects.get("expansion")
         for name in scene.fluids:
-            m, h = host(arrays[name], "m"), host(arrays[name], "h")
+            m, h = (arrays[name].get(prop, only_real_particles=False) for prop in ("m", "h"))  # no pull: not sent yet
             lengths, which = np.unique(h, return_inverse=True)
             alone = np.array([scene.kernel.kernel([0.0] * 3, 0.0, length) for length in lengths])
             limits = scene.rho0 * lattice / alone[which]
