@@ -70,7 +70,8 @@ def test_accelerated_moves_equal_the_reference():
         weights.append(float(fluid.sweep_weight[0]))  # of the next sweep
 
     stage = stepper.equations.groups[stepper.solver.integrator.stages["density"]]
-    stage[-1].equations[1].post.append(watch)
+    [move] = [group for block in stage for group in block.equations if group.name == "density_move"]
+    move.post.append(watch)
     stepper.step()
     assert len(seen) == 8 and max(weights) > 1.2
     qx = qy = 0.0
@@ -106,7 +107,7 @@ def test_lists_are_made_anew_where_particles_come_go_or_change_places():
     fluid.remove_particles([5])
     stepper.step()
     assert integrator.searches == 2
-    fluid.uid[[0, 1]] = fluid.uid[[1, 0]]
+    fluid.place[[0, 1]] = fluid.place[[1, 0]]
     stepper.step()
     assert integrator.searches == 3
     fluid.x[0] += 0.6 * DX
