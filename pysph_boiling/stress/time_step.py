@@ -11,7 +11,7 @@ from pysph_boiling.stress.scenes import BOIL, EVERYTHING, MOTION, T_SAT, ball, b
 __all__ = ["cases"]
 
 
-SHORTEST = 0.0125 / 0.07  # of the default time step: shorter ones turn no density error into velocity
+SHORTEST = 0.017 / 0.07  # of the default time step: shorter ones turn no density error into velocity
 
 
 def box(dim, width, height, depth=6):

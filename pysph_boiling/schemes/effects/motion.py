@@ -53,7 +53,7 @@ class DensityConstraint(Effect):
                            may_change=True)
     longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|); so is one in which "
                                 "viscosity and drag would make velocities overshoot", above=0.0, may_change=True)
-    shortest: float = param(0.0125, "t*", "in a shorter step a density error that was there before it becomes no "
+    shortest: float = param(0.017, "t*", "in a shorter step a density error that was there before it becomes no "
                             "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
     most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
                               "maximum, to ten times as many", above=0.0, may_change=True)
