@@ -21,7 +21,8 @@ setup(
     keywords="boiling, bubbles, phase change, particles, SPH, PBF, PySPH",
     packages=find_packages(include=["pysph_boiling*"]),
     python_requires=">=3.10",
-    package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"]},
+    package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"],
+                  "pysph_boiling.search": ["*.h", "*.pyx"]},
     install_requires=["pysph", "cyarray", "numpy", "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
         "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", *VIEW, *OPENCL, NVRTC],

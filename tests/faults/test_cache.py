@@ -92,7 +92,7 @@ def test_whoever_comes_second_waits_and_says_for_whom(tmp_path, told, compiled, 
     assert begun.wait(30) and not module(tmp_path).whole()
     monkeypatch.setattr(CheckedModule, "say", staticmethod(lambda sentence: (told.append(sentence), go_on.set())))
     assert module(tmp_path).load() == "compiled by the other" and compiled == []
-    assert told == [f"waiting for process {process.pid}, which compiles the same equations ({module(tmp_path).name})"]
+    assert told == [f"waiting for process {process.pid}, which compiles the same ({module(tmp_path).name})"]
     process.join()
 
 

@@ -1,0 +1,93 @@
+"""The class SortedCellNNPS, compiled when it is first asked for, as PySPH compiles its own modules."""
+import functools
+import os
+import shlex
+import subprocess
+import sysconfig
+from importlib import metadata
+from pathlib import Path
+
+import cyarray
+import pysph
+from compyle.config import get_config
+
+from pysph_boiling.search.checked_module import CheckedModule
+
+__all__ = ["SearchModule", "search_for", "sorted_cell_nnps"]
+
+HERE = Path(__file__).parent
+EXACT = ("-ffp-contract=off",)  # products and sums rounded one by one, as in PySPH's own search
+HEAD = "# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True\n"
+INCLUDE = 'cdef extern from "sorted_cells.h" nogil:'
+
+
+class SearchModule(CheckedModule):
+    """The search as a compiled module; :meth:`CheckedModule.load` compiles it if it must."""
+
+    what = "the neighbour search: 10 to 30 s"
+
+    @classmethod
+    def make(cls):
+        """The module for PySPH's present configuration; nothing is compiled.
+
+        The cache knows a module by its source, so that the source begins with what it is compiled with and for.
+        """
+        flags = exact_flags()
+        versions = [f"{name} {metadata.version(name)}" for name in ("pysph", "cyarray", "compyle", "cython", "numpy")]
+        used = [*versions, compiler(), *flags, "OpenMP" if get_config().use_openmp else "one thread"]
+        folders = [str(Path(package.__file__).parent.parent) for package in (pysph, cyarray)]
+        return cls.of(f"{HEAD}# {', '.join(used)}\n{source()}", extra_compile_args=list(flags), cython_inc_dirs=folders)
+
+
+def source():
+    """The source of the module: Cython, with the loops in C++ in it."""
+    header = (HERE / "sorted_cells.h").read_text(encoding="utf-8").replace("\\", "\\\\")
+    text = (HERE / "sorted_cell_nnps.pyx").read_text(encoding="utf-8")
+    verbatim = "".join(f"    {line}\n" if line else "\n" for line in header.splitlines())
+    return text.replace(INCLUDE, f'cdef extern from *:\n    """\n{verbatim}    """\n\ncdef extern from * nogil:')
+
+
+@functools.cache
+def compiler():
+    """What the compiler says it is, in one line; empty where it says nothing."""
+    command = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
+    try:
+        told = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout
+    except OSError:
+        return ""
+    return told.partition("\n")[0]
+
+
+@functools.cache
+def exact_flags():
+    """Flags that keep the search exact: none for a compiler that is neither GCC nor Clang, and has no such flag."""
+    return EXACT if any(name in compiler().lower() for name in ("gcc", "cc ", "clang")) else ()
+
+
+def sorted_cell_nnps():
+    """The class ``SortedCellNNPS``, with OpenMP if PySPH's configuration has it; compiled once, in 10 to 30 s.
+
+    Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
+    """
+    return _load(bool(get_config().use_openmp))
+
+
+@functools.cache
+def _load(use_openmp):
+    return SearchModule.make().load().SortedCellNNPS
+
+
+def search_for(application):
+    """The search for a PySPH ``Application``: return it from its ``create_nnps``.
+
+    ``None``, which leaves the choice to PySPH, where the application runs on a device.
+    """
+    options, solver = application.options, application.solver
+    if options.with_opencl or options.with_cuda:
+        return None
+    from pysph.base import kernels
+
+    kernel = getattr(kernels, options.kernel)(dim=solver.dim) if options.kernel else solver.kernel
+    return sorted_cell_nnps()(
+        dim=solver.dim, particles=application.particles, radius_scale=kernel.radius_scale, domain=application.domain,
+        fixed_h=bool(solver.fixed_h or options.fixed_h), sort_gids=bool(options.sort_gids))
