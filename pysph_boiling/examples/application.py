@@ -5,6 +5,7 @@ Every parameter of the scene and of every effect is a command-line option. A run
 ``results.npz``, ``run.json`` and pictures in its output folder.
 """
 import dataclasses
+import functools
 import os
 import platform
 import re
@@ -16,7 +17,6 @@ import warnings
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from functools import partial
 from importlib import metadata
 from pathlib import Path
 from time import perf_counter
@@ -373,7 +373,7 @@ class SceneApplication(Application):
         if self.num_procs > 1:
             from pysph_boiling.schemes.partition import Partition
 
-            pysph_application.ZoltanParallelManagerGeometric = partial(Partition, pairs=self.scheme.pairs())
+            pysph_application.ZoltanParallelManagerGeometric = functools.partial(Partition, pairs=self.scheme.pairs())
         super()._setup_parallel_manager_and_initial_load_balance()
 
     def check_ranks(self):
@@ -739,13 +739,21 @@ def double_precision(options):
 
 def origin():
     """Where, when and with what a run was made: ``versions``, ``machine``, ``processor``, ``finished``."""
-    versions = {name: metadata.version(name) for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython")
-                if _installed(name)}
-    return {"versions": {"python": platform.python_version(), **versions},
-            "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores", "processor": processor(),
-            "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+    return {"versions": versions(), "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
+            "processor": processor(), "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
 
 
+@functools.cache
+def versions():
+    """Name -> version of Python and of the packages that a run is made with; asked once, since it takes 20 ms."""
+    found = {"python": platform.python_version()}
+    for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython"):
+        with suppress(metadata.PackageNotFoundError):
+            found[name] = metadata.version(name)
+    return found
+
+
+@functools.cache
 def processor():
     """Model of the processor, as far as the system tells."""
     try:
@@ -754,11 +762,3 @@ def processor():
         return platform.processor()
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")),
                 platform.processor())
-
-
-def _installed(name):
-    try:
-        metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return False
-    return True

@@ -21,7 +21,6 @@ from pathlib import Path
 
 from compyle.ext_module import CONFIG_OPTS
 from Cython.Compiler.Options import get_directive_defaults
-from pysph.solver.output import HDFOutput
 from pysph.solver.solver import Solver
 from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
@@ -31,6 +30,7 @@ from pysph_boiling.analysis.files import whole
 from pysph_boiling.device import on_host, order_fluids, send
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
+from pysph_boiling.schemes.particle_files import ParticleFiles
 from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
@@ -177,7 +177,7 @@ class StagedSolver(Solver):
     they are known; ``reach`` is how far neighbour lists reach, in supports; ``say`` is told what is compiled.
     """
 
-    before_output = on_domain = None
+    before_output = on_domain = writer = None
     say = CheckedModule.say
     reach = 1.0
 
@@ -195,9 +195,11 @@ class StagedSolver(Solver):
         if self.disable_output:
             return
         path, memory = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5", io.BytesIO()
-        comm = self.comm if self.in_parallel else None  # with ranks, the first gathers and writes
-        HDFOutput(self.detailed_output, self.output_only_real, comm, self.compress_output).dump(
-            memory, self.particles, self._get_solver_data())
+        writer = self.writer = self.writer or ParticleFiles()
+        writer.detailed_output, writer.only_real = self.detailed_output, self.output_only_real
+        writer.mpi_comm = self.comm if self.in_parallel else None  # with ranks, the first gathers and writes
+        writer.compress = self.compress_output
+        writer.dump(memory, self.particles, self._get_solver_data())
         if ranks.rank() > 0:
             return
         try:
