@@ -9,6 +9,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.schemes import ranks
+from pysph_boiling.schemes.effects.base import shared
 from pysph_boiling.schemes.vapour import Vapour
 
 __all__ = ["BubbleTable", "Departures", "bubble_table", "store_sizes"]
@@ -33,6 +34,7 @@ class BubbleTable:
     deficit: np.ndarray
 
 
+@shared
 def bubble_table(arrays, scene, period=None):
     """The :class:`BubbleTable` of fluid arrays with current labels.
 

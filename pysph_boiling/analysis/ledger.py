@@ -18,7 +18,7 @@ from pysph_boiling.analysis.files import whole
 from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects import Column, gather, total
+from pysph_boiling.schemes.effects import Column, Moment, enthalpies, gather, total
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
 
@@ -134,7 +134,7 @@ class Ledger(Tool):
         if not self.thermal:
             return 0.0
         stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
-        return ranks.total(float(np.sum(gather(arrays, "m") * gather(arrays, "e")))) + stored
+        return ranks.total(float(np.sum(enthalpies(arrays)))) + stored
 
     @staticmethod
     def mass(arrays):
@@ -220,7 +220,7 @@ class Ledger(Tool):
 
     def row(self, t, dt):
         """One row of the results: a dict column -> value."""
-        arrays = self.scheme.arrays
+        arrays = Moment(self.scheme.arrays)
         if self.thermal:
             self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
         values = {"t": t, "dt": dt}

@@ -26,7 +26,7 @@ class Vapour:
 
     def __init__(self, arrays):
         self.arrays = list(arrays)
-        self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR) for pa in self.arrays]
+        self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR.value) for pa in self.arrays]
         here, self.first, index, n = np.unique(
             self.get("bubble"), return_index=True, return_inverse=True, return_counts=True)
         self.label, self.here = ranks.union(here)  # ``here``: where this rank's bubbles stand among all

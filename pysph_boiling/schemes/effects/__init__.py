@@ -7,7 +7,8 @@ are in the order of the imports below: so stand their terms in a group, and so t
 """
 # ruff: noqa: I001 - the order of these imports is the order of the slots
 from pysph_boiling.schemes.effects.base import (
-    EFFECTS, Column, Effect, Flow, Scene, check_parameters, check_temperatures, cumulative, gather, param, total,
+    EFFECTS, Column, Effect, Flow, Moment, Scene, check_parameters, check_temperatures, cumulative, enthalpies, gather,
+    param, total,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
@@ -27,7 +28,7 @@ from pysph_boiling.schemes.effects.mechanics import MechanicalLedger
 __all__ = [
     "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
-    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
-    "PresetNucleation", "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity",
-    "check_parameters", "check_temperatures", "cumulative", "gather", "heat_step_limit", "param", "total",
+    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Moment", "Oscillation",
+    "PhaseChange", "PresetNucleation", "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity",
+    "check_parameters", "check_temperatures", "cumulative", "enthalpies", "gather", "heat_step_limit", "param", "total",
 ]

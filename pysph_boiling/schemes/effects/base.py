@@ -1,5 +1,6 @@
 """What every effect shares: parameters with unit and bounds, what an effect may know and what it may add."""
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -16,14 +17,14 @@ from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
-    "EFFECTS", "Column", "Effect", "Flow", "Scene", "any_vapour", "check_parameters", "check_temperatures", "constant",
-    "cumulative", "gather", "param", "total",
+    "EFFECTS", "Column", "Effect", "Flow", "Moment", "Scene", "any_vapour", "check_parameters", "check_temperatures",
+    "constant", "cumulative", "enthalpies", "gather", "param", "shared", "total",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
     """What an effect may know about the scene it belongs to. Lengths in m, times in s, masses in kg."""
 
@@ -73,8 +74,33 @@ class Scene:
         return self.kernel.radius_scale * self.h
 
 
+class Moment(list):
+    """Fluid arrays that stay as they are for a while: what is :func:`shared` is then computed once, whoever asks."""
+
+    def __init__(self, arrays):
+        super().__init__(arrays)
+        self.known = {}
+
+
+def shared(function):
+    """A function of fluid arrays, and of what can be a key, whose result all columns of a row share: a :class:`Moment`.
+
+    Of a plain list of arrays it is computed each time. The result is not to be written to.
+    """
+    @functools.wraps(function)
+    def call(arrays, *args):
+        if not isinstance(arrays, Moment):
+            return function(arrays, *args)
+        key = function, *args
+        if key not in arrays.known:
+            arrays.known[key] = function(arrays, *args)
+        return arrays.known[key]
+
+    return call
+
+
 class Column(NamedTuple):
-    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays."""
+    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays, of a row as a :class:`Moment`."""
 
     name: str
     unit: str
@@ -249,6 +275,7 @@ def constant(arrays, name):
     return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
 
 
+@shared
 def total(arrays, name, carried=True):
     """Sum of a property over the real particles of all arrays and ranks, with what removed particles took along."""
     value = 0.0
@@ -259,14 +286,22 @@ def total(arrays, name, carried=True):
     return value
 
 
+@shared
 def gather(arrays, name):
-    """A property of this rank's real particles of all arrays, in one array."""
-    return np.concatenate([host(pa, name) for pa in arrays])
+    """A property of this rank's real particles of all arrays, in one array, which is not to be written to."""
+    parts = [host(pa, name) for pa in arrays]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+@shared
+def enthalpies(arrays):
+    """Enthalpy of each of this rank's real particles of all arrays [J], in one array."""
+    return gather(arrays, "m") * gather(arrays, "e")
 
 
 def any_vapour(arrays):
     """Whether there is any vapour on any rank."""
-    return ranks.anywhere(any(counted(values(pa, "phase") == Phase.VAPOUR) > 0 for pa in arrays))
+    return ranks.anywhere(any(counted(values(pa, "phase") == Phase.VAPOUR.value) > 0 for pa in arrays))
 
 
 def cumulative(name, unit, meaning, prop):

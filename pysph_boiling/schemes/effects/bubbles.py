@@ -10,7 +10,7 @@ from pysph_boiling.particles import Property
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, any_vapour, param
 from pysph_boiling.schemes.stages import Term
-from pysph_boiling.schemes.vapour import Vapour, join_labels
+from pysph_boiling.schemes.vapour import join_labels
 
 __all__ = ["BubbleLabels", "Buoyancy", "Cohesion", "Drag", "SiteAdhesion"]
 
@@ -47,10 +47,10 @@ class BubbleLabels(Effect):
         from pysph_boiling.analysis.bubbles import bubble_table
 
         def number(arrays, scene):
-            return float(len(Vapour(arrays).label))
+            return float(len(bubble_table(arrays, scene).label))
 
         def single(arrays, scene):
-            return float(np.count_nonzero(Vapour(arrays).n == 1))
+            return float(np.count_nonzero(bubble_table(arrays, scene).n == 1))
 
         def radius(arrays, scene):
             table = bubble_table(arrays, scene)

@@ -122,7 +122,7 @@ class DynamicNucleation(Effect):
         def enough(arrays):
             heat, hottest = 0.0, 0.0
             for pa in arrays:
-                excess, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED
+                excess, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED.value
                 if hold:
                     excess = excess - values(pa, "e_lat")
                     excess = 0.5 * (excess + abs(excess))  # max(excess, 0), which a device has not

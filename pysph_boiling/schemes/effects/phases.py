@@ -13,7 +13,7 @@ from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase, at_saturation
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, enthalpies, gather, param, shared
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PhaseChange", "PresetNucleation"]
@@ -46,25 +46,23 @@ class PhaseChange(Effect):
 
     def columns(self, scene):
         def count(which):
-            return lambda arrays, scene: float(ranks.total(np.count_nonzero(which(arrays))))
+            return lambda arrays, scene: float(ranks.total(len(which(arrays))))
 
         def energy(which):
-            return lambda arrays, scene: ranks.total(float(np.sum(
-                (gather(arrays, "m") * gather(arrays, "e"))[which(arrays)])))
+            return lambda arrays, scene: ranks.total(float(np.sum(enthalpies(arrays)[which(arrays)])))
 
-        def state(phase):
-            return lambda arrays: gather(arrays, "phase") == phase
+        @shared
+        def parted(arrays):
+            """Indices of the liquid above T_sat, and of that at T_sat."""
+            hot = in_state(arrays, Phase.SUPERHEATED)
+            e_lat = gather(arrays, "e_lat")[hot] if self.interrupt == "hold" else 0.0
+            held = at_saturation(Phase.SUPERHEATED, gather(arrays, "e")[hot], e_lat)
+            return hot[~held], hot[held]
 
-        def held(arrays):
-            e_lat = gather(arrays, "e_lat") if self.interrupt == "hold" else 0.0
-            return at_saturation(gather(arrays, "phase"), gather(arrays, "e"), e_lat)
-
-        def superheated(arrays):
-            return state(Phase.SUPERHEATED)(arrays) & ~held(arrays)
-
-        states = {phase.name.lower(): (state(phase), f"in state {phase.name.lower()}") for phase in Phase}
-        states["superheated"] = superheated, "of liquid above T_sat"
-        states["held"] = held, "of liquid at T_sat without a site: interrupted, or fed"
+        states = {phase.name.lower(): (lambda arrays, phase=phase: in_state(arrays, phase),
+                                       f"in state {phase.name.lower()}") for phase in Phase}
+        states["superheated"] = lambda arrays: parted(arrays)[0], "of liquid above T_sat"
+        states["held"] = lambda arrays: parted(arrays)[1], "of liquid at T_sat without a site: interrupted, or fed"
         columns = []
         for name, (which, meaning) in states.items():
             columns.append(Column(f"n_{name}", "-", f"particles {meaning}", count(which)))
@@ -81,7 +79,7 @@ class PhaseChange(Effect):
     def conditions(self, scene):
         def hot(arrays):
             return ranks.anywhere(any(
-                counted((values(pa, "e") >= 0.0) | (values(pa, "phase") != Phase.LIQUID)) > 0 for pa in arrays))
+                counted((values(pa, "e") >= 0.0) | (values(pa, "phase") != Phase.LIQUID.value)) > 0 for pa in arrays))
 
         return {"phases": hot}
 
@@ -103,10 +101,16 @@ class PhaseChange(Effect):
         yield Term("phases.edges", edges(fluid, None, **state))
 
 
+@shared
+def in_state(arrays, phase):
+    """Indices of the particles in a state among this rank's real ones."""
+    return np.flatnonzero(gather(arrays, "phase") == phase.value)
+
+
 def hidden_heat(arrays, scene):
     """Held latent heat of superheated particles [J]."""
-    held = np.minimum(gather(arrays, "e"), gather(arrays, "e_lat")) * gather(arrays, "m")
-    return ranks.total(float(np.sum(held[gather(arrays, "phase") == Phase.SUPERHEATED])))
+    m, e, e_lat = (gather(arrays, name)[in_state(arrays, Phase.SUPERHEATED)] for name in ("m", "e", "e_lat"))
+    return ranks.total(float(np.sum(np.minimum(e, e_lat) * m)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -95,7 +95,7 @@ class VentingTool(Tool):
         arrays = self.scheme.arrays
         if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.steps for pa in arrays)):
             return
-        bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR))
+        bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR.value))
                    for pa in arrays]
         labels = [part.get("bubble") for part in bubbles]
         here, index = np.unique(np.concatenate(labels), return_inverse=True)
