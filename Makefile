@@ -4,6 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 TESTABLE := $(VENV)/.testable
+# setuptools compiles PySPH's modules one after the other unless a file that DIST_EXTRA_CONFIG names says otherwise.
+ALL_CORES := $(VENV)/all_cores.cfg
+CORES = $(shell $(PYTHON) -c "import os; print(os.cpu_count())")
 
 .PHONY: demo test test-all parity setup-mpi test-ranks mutants lint clean
 
@@ -69,8 +72,10 @@ $(READY): setup.py pyproject.toml
 	  echo "$(PYTHON) cannot make a virtual environment (Debian, Ubuntu: apt install python3-venv)"; exit 1; }
 	@$(BIN)/python -m pip install --quiet --upgrade pip
 	@$(BIN)/python -c "import pysph" 2>/dev/null || \
-	  echo "PySPH is built from source now: about 6 minutes, once. pip keeps the result for the next set-up."
-	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable .
+	  echo "PySPH is built from source now: some minutes on all cores, once. pip keeps the result for the next set-up."
+	@printf '[build_ext]\nparallel = %s\n' "$(CORES)" > $(ALL_CORES)
+	@DIST_EXTRA_CONFIG=$(abspath $(ALL_CORES)) PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable .
+	@rm $(ALL_CORES)
 	@touch $@
 
 # The tests draw surfaces too: this fetches VTK, about 1 GB once unpacked.

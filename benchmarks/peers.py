@@ -14,13 +14,13 @@ or the codes did not get the same scene; the ratios are what they are.
 """
 import argparse
 import json
-import os
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+import machine
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -333,8 +333,7 @@ def main():
     if options.cpu_time:
         survey, plan = 1, [(1, 1)]
     python = environment(Path(options.environment).expanduser(), console)
-    console.print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores before the start: timings mean something "
-                  "on an idle machine only")
+    console.print(machine.load())
 
     runs, begin = [run for scene in scenes for run in grid(scene, options.quick)], time.perf_counter()
     with tempfile.TemporaryDirectory() as name, console.status("") as status:

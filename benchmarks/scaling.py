@@ -15,6 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import machine
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -66,8 +67,7 @@ def main():
     parser.add_argument("--json", metavar="FILE", help="write the figures there")
     options = parser.parse_args()
     console, cores = Console(width=140), max(2, os.cpu_count() or 2)
-    console.print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores before the start: timings mean something "
-                  "on an idle machine only")
+    console.print(machine.load())
     steps, spacing, rounds = (10, 0.04, 1) if options.quick else (60, 0.02, 5)
     layouts = [(1, 1), (1, cores), (cores, 1)]
     found = {layout: [] for layout in layouts}

@@ -18,6 +18,7 @@ import sys
 import warnings
 from time import perf_counter, process_time
 
+import machine
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -130,8 +131,7 @@ def main():
         print(json.dumps(measure(int(side), order, float(seconds), CLOCKS[clock])))
         return 0
     console = Console(width=140)
-    console.print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores before the start: timings mean something "
-                  "on an idle machine only")
+    console.print(machine.load())
     sides, rounds, seconds = (QUICK, 3, 1.0) if options.quick else (SIDES, 3, 4.0)
     clock, threads = ("cpu", 1) if options.cpu_time else ("wall", options.threads)
     orders = ORDERS if options.orders else ORDERS[:1]

@@ -1,0 +1,282 @@
+"""A step of ``steady_boiling`` while it boils, stage by stage; and against another version of the package.
+
+    python benchmarks/boil.py [--quick] [--against REV] [--json FILE] [--markdown FILE] [options of the scene]
+
+The vessel boils for a second and more, once for each h/dx. From that state, taken over as particles, each version goes
+on in a process of its own, a few steps in turn with the other, so that both meet the same machine. ``--against`` takes
+the other version from this git checkout. The first steps are not timed; a step is all that happens between two steps,
+tools and ledger too; particle files are timed apart. Options that are not named here go to the scene (``--width 20``).
+The first run of a version compiles it, for minutes.
+
+With ``--against``, exits with 1 unless both versions did the same: positions to 1e-9 spacings after 12 steps; phases,
+labels of bubbles and counts after 50. Physics that was mended between them shows there.
+"""
+import argparse
+import io
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+
+import machine
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pysph_boiling import markdown
+from pysph_boiling.phases import Phase
+from pysph_boiling.threads import variables
+
+ROOT, WORKER = Path(__file__).resolve().parents[1], Path(__file__).with_name("boil_worker.py")
+HERE = "this version"
+STATE, QUICK_STATE = 1000, 600  # steps to the state that is common
+SAME_POSITIONS, SAME_EVENTS = 12, 50  # steps after which versions are compared
+DISTANCE = 1e-9  # spacings: how far a particle may be from itself in the other version
+BLOCK, UNTIMED, FILES = 6, 2, 5  # steps in turn; steps at first that are not timed; particle files that are timed
+OUTSIDE, WHOLE, FILE = "outside the stages", "whole step", "a particle file"
+
+
+class NoVersion(Exception):
+    """The other version cannot be had; the message says why."""
+
+
+def git(*arguments):
+    """What git answers in this checkout, as bytes; :class:`NoVersion` with what it says otherwise."""
+    try:
+        done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True)
+    except FileNotFoundError:
+        raise NoVersion("--against needs git, which is not installed") from None
+    if done.returncode:
+        raise NoVersion(done.stderr.decode().strip())
+    return done.stdout
+
+
+def unpack(revision, folder):
+    """Put a commit into a folder and return its short name."""
+    try:
+        top = git("rev-parse", "--show-toplevel").decode().strip()
+    except NoVersion as error:
+        raise NoVersion(f"--against needs a git checkout, and {ROOT} is none ({error})") from None
+    if Path(top).resolve() != ROOT:
+        raise NoVersion(f"--against needs a git checkout, and {ROOT} is none, but a folder in that of {top}")
+    try:
+        name = git("rev-parse", "--verify", "--quiet", "--short", f"{revision}^{{commit}}")
+    except NoVersion:
+        raise NoVersion(f"--against: this checkout has no commit '{revision}'") from None
+    name = name.decode().strip()
+    with tarfile.open(fileobj=io.BytesIO(git("archive", name))) as archive:
+        archive.extractall(folder, filter="data")
+    return name
+
+
+class Process:
+    """A version that boils in a process of its own: ``ask`` it for steps, files and states."""
+
+    def __init__(self, name, root, *, hdx, state, threads, scene):
+        self.name, self.folder, self.errors = name, tempfile.TemporaryDirectory(), tempfile.TemporaryFile("w+")
+        self.process = subprocess.Popen(
+            [sys.executable, str(WORKER), str(root), str(hdx), str(state or "-"), self.folder.name, *scene],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.errors, text=True, cwd=self.folder.name,
+            env={**variables(threads), "PYTHONPATH": str(root)})
+
+    def close(self):
+        self.process.communicate()  # the end of its input ends it
+        self.folder.cleanup()
+
+    def ask(self, **request):
+        try:
+            self.process.stdin.write(json.dumps(request) + "\n")
+            self.process.stdin.flush()
+            answer = self.process.stdout.readline()
+        except BrokenPipeError:
+            answer = ""
+        if not answer:
+            self.process.wait()
+            self.errors.seek(0)
+            raise RuntimeError(f"{self.name} ended: {self.errors.read()[-2000:]}")
+        return json.loads(answer)
+
+    def state(self, folder, steps):
+        """The state after so many steps, name -> array; also a file in ``folder``."""
+        path = Path(folder) / f"{self.name} {steps}.npz"
+        self.ask(state=str(path))
+        with np.load(path) as data:
+            return path, dict(data)
+
+
+def measure(versions, *, hdx, steps, before, threads, scene, say):
+    """Times and differences at one h/dx: a dictionary. ``versions``: name -> root, the first one makes the state."""
+    maker, *others = versions
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        def started(name, state=None):
+            process = Process(name, versions[name], hdx=hdx, state=state, threads=threads, scene=scene)
+            stack.callback(process.close)
+            return process
+
+        say(f"h/dx {hdx}: {before} steps to a state that boils (a first run compiles)")
+        process = started(maker)
+        process.ask(steps=before)
+        path, state = process.state(folder, 0)
+        stack.close()
+        say(f"h/dx {hdx}: {steps} steps from there (a first run compiles)")
+        processes = [started(name, path) for name in versions]
+        times, states, taken = {name: [] for name in versions}, {}, 0
+        files = {process.name: process.ask(files=1) for process in processes}  # they start, one after the other
+        for goal in sorted({min(SAME_POSITIONS, steps), min(SAME_EVENTS, steps), steps}):
+            while taken < goal:
+                block = min(BLOCK, goal - taken)
+                for process in processes:
+                    times[process.name] += process.ask(steps=block)
+                taken += block
+            states[goal] = [process.state(folder, goal)[1] for process in processes]
+        for _ in range(FILES):
+            for process in processes:
+                files[process.name]["ms"] += process.ask(files=1)["ms"]
+    row = dict(hdx=hdx, particles=len(state["property x"]), vapour=int((state["property phase"] == Phase.VAPOUR).sum()),
+               versions={name: figures(times[name][UNTIMED:], files[name]) for name in versions}, same=[])
+    if others:
+        positions, events = (states[min(wanted, steps)] for wanted in (SAME_POSITIONS, SAME_EVENTS))
+        row["same"] = [same_positions(*positions, min(SAME_POSITIONS, steps)),
+                       same_events(*events, min(SAME_EVENTS, steps))]
+    return row
+
+
+def figures(steps, files):
+    """Of the steps of one version: part -> least and median [ms]; sweeps; share of the mean that is outside the stages.
+    """
+    stages = [name for name in steps[0] if name not in ("whole", "sweeps")]
+    parts = {name: [step[name] for step in steps] for name in stages}
+    parts[OUTSIDE] = [step["whole"] - sum(step[name] for name in stages) for step in steps]
+    parts[WHOLE] = [step["whole"] for step in steps]
+    parts[FILE] = files["ms"][1:]  # the first one loads what it takes
+    per_step = np.mean(parts[FILE]) / files["every"]
+    outside = (np.mean(parts[OUTSIDE]) + per_step) / (np.mean(parts[WHOLE]) + per_step)
+    return dict(parts={name: dict(least=float(min(values)), median=float(np.median(values)))
+                       for name, values in parts.items()},
+                steps=len(steps), sweeps=float(np.mean([step["sweeps"] for step in steps])),
+                outside=float(outside), steps_per_file=files["every"])
+
+
+def by_uid(state, name):
+    """A property of the particles in the order of their uid."""
+    return state[f"property {name}"][np.argsort(state["property uid"])]
+
+
+def same_positions(ours, theirs, steps):
+    """Whether each particle is where it is in the other version: claim, verdict, what was found."""
+    claim = f"positions agree to {DISTANCE:g} spacings after {steps} steps"
+    if not np.array_equal(by_uid(ours, "uid"), by_uid(theirs, "uid")):
+        return dict(claim=claim, holds=False, found="the particles are not the same ones")
+    apart = np.sqrt(sum((by_uid(ours, axis) - by_uid(theirs, axis)) ** 2 for axis in "xyz")) / ours["spacing"]
+    return dict(claim=claim, holds=bool(apart.max() <= DISTANCE),
+                found=f"the largest distance is {apart.max():.1e} spacings, the median {np.median(apart):.1e}")
+
+
+def counts(state):
+    """What is counted: particles of each phase, bubbles, and what departed and was vented, name -> number."""
+    phase, bubble = state["property phase"], state["property bubble"]
+    found = {phase_.name.lower(): int((phase == phase_).sum()) for phase_ in Phase}
+    found["bubbles"] = len(np.unique(bubble[phase == Phase.VAPOUR]))
+    found["departures"] = int(state["departures"])
+    return found | {name: int(state[f"constant {name}"][0]) for name in ("n_vented", "n_bubbles_vented")}
+
+
+def same_events(ours, theirs, steps):
+    """Whether phases, labels and counts are those of the other version: claim, verdict, what was found."""
+    claim = f"phases, labels and counts are the same after {steps} steps"
+    mine, its = counts(ours), counts(theirs)
+    found = [f"{name} {mine[name]} here, {its[name]} there" for name in mine if mine[name] != its[name]]
+    if np.array_equal(by_uid(ours, "uid"), by_uid(theirs, "uid")):
+        for name, what in (("phase", "are in another phase"), ("bubble", "have another label")):
+            other = int((by_uid(ours, name) != by_uid(theirs, name)).sum())
+            if other:
+                found.append(f"{other} particles {what}")
+    else:
+        found.append("the particles are not the same ones")
+    return dict(claim=claim, holds=not found, found="; ".join(found) or ", ".join(
+        f"{number} {name}" for name, number in mine.items()))
+
+
+def table(row):
+    """Title, heading and rows of the table of one h/dx."""
+    versions = row["versions"]
+    mine, *others = versions.values()
+    title = (f"steady boiling, h/dx {row['hdx']:g}: {row['particles']} particles, {row['vapour']} of them vapour; "
+             f"least and median of {mine['steps']} steps, {row['threads']} threads, "
+             f"load {row['load'][0]:.1f} before and {row['load'][1]:.1f} after")
+    head = ["ms", *versions, *("times as fast: least, median" for _ in others)]
+    parts = dict.fromkeys(part for version in versions.values() for part in version["parts"])
+    rows = []
+    for part in sorted(parts, key=(OUTSIDE, WHOLE, FILE).__contains__):  # stages first
+        cells = [version["parts"].get(part) for version in versions.values()]
+        rows.append([part, *(f"{cell['least']:.2f}, {cell['median']:.2f}" if cell else "" for cell in cells)])
+        for other in others:
+            faster = times_as_fast(mine, other, part)
+            rows[-1].append(", ".join(f"{ratio:.2f}" for ratio in faster.values()))
+    for what, show in (("sweeps a step", "{sweeps:.2f}"), ("files: steps to each", "{steps_per_file}"),
+                       ("outside the stages, files included, of the mean step", "{outside:.1%}")):
+        rows.append([what, *(show.format(**version) for version in versions.values()), *("" for _ in others)])
+    return title, head, rows
+
+
+def times_as_fast(mine, other, part):
+    """How many times as fast a part is here, by least and median: time there over time here, where both took some."""
+    here, there = mine["parts"].get(part, {}), other["parts"].get(part, {})
+    return {what: there[what] / here[what] for what in here if here[what] > 0.0 < there.get(what, 0.0)}
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="Other options go to the scene.")
+    parser.add_argument("--quick", action="store_true", help="the scene's demo, h/dx 1.2 alone")
+    parser.add_argument("--against", metavar="REV", help="another version: a commit, branch or tag of this checkout")
+    parser.add_argument("--hdx", type=float, nargs="+", help="smoothing lengths over spacing (1.2 and 1.0)")
+    parser.add_argument("--before", type=int, help=f"steps to the state that is common ({STATE}; quick {QUICK_STATE})")
+    parser.add_argument("--steps", type=int, default=SAME_EVENTS, help="steps from there on (%(default)s)")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="OpenMP threads (%(default)s)")
+    parser.add_argument("--json", metavar="FILE", help="write the figures there")
+    parser.add_argument("--markdown", metavar="FILE", help="write the tables there")
+    options, scene = parser.parse_known_args(argv)
+    if options.steps <= UNTIMED:
+        parser.error(f"--steps must be more than {UNTIMED}, which are not timed; got {options.steps}")
+    if options.quick:
+        scene = ["--demo", *scene]
+    console, rows = Console(width=140), []
+    before = options.before or (QUICK_STATE if options.quick else STATE)
+    console.print(machine.load())
+    with tempfile.TemporaryDirectory() as folder, console.status("") as status:
+        versions = {HERE: ROOT}
+        if options.against:
+            try:
+                versions[unpack(options.against, folder)] = Path(folder).resolve()
+            except NoVersion as error:
+                parser.error(str(error))
+        for hdx in options.hdx or ([1.2] if options.quick else [1.2, 1.0]):
+            begin = os.getloadavg()[0]
+            row = measure(versions, hdx=hdx, steps=options.steps, before=before, threads=options.threads,
+                          scene=scene, say=status.update)
+            rows.append(dict(row, threads=options.threads, load=[begin, os.getloadavg()[0]]))
+    pages, holds = [], True
+    for row in rows:
+        title, head, cells = table(row)
+        shown = Table(*head, title=title)
+        for line in cells:
+            shown.add_row(*line)
+        console.print(shown)
+        verdicts = [f"{'holds' if one['holds'] else 'FAILS'}: h/dx {row['hdx']:g}: {one['claim']}: {one['found']}"
+                    for one in row["same"]]
+        console.print("\n".join(verdicts), markup=False, highlight=False)
+        holds &= all(one["holds"] for one in row["same"])
+        pages += [title, "", *markdown.table(head, cells), "", *(f"- {verdict}" for verdict in verdicts), ""]
+    if options.markdown:
+        Path(options.markdown).write_text("\n".join(pages))
+    if options.json:
+        Path(options.json).write_text(json.dumps(rows, indent=2) + "\n")
+    return 0 if holds else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

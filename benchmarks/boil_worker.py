@@ -1,0 +1,138 @@
+"""One version of the package that boils: takes steps of ``steady_boiling`` when boil.py asks it to, and times them.
+
+    python boil_worker.py ROOT HDX STATE FOLDER [options of the scene]
+
+``ROOT`` is where the package must come from, ``STATE`` a file of :meth:`Boil.state_now` or "-". Requests are lines of
+JSON on the standard input, each is answered by one line on the standard output; what the package prints goes to the
+error output. Every version since 1aae54e runs under this file as it is: it may use nothing that one of them lacks.
+"""
+import json
+import os
+import sys
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+import pysph_boiling
+from pysph_boiling.examples.steady_boiling import SteadyBoiling
+
+EVERY_VERSION_ITS_OWN = {"h", "tag", "pid", "gid"}  # properties: of the scheme and of PySPH, not of the boiling water
+
+
+class Boil(SteadyBoiling):
+    """Steady boiling at an h/dx of its own, from a state that is given, in steps that are asked for."""
+
+    hdx = state = answers = None
+
+    def make_scheme(self, p):
+        scheme = super().make_scheme(p)
+        scheme.hdx = self.hdx
+        return scheme
+
+    def start(self, arrays, p, scheme):
+        super().start(arrays, p, scheme)
+        if self.state is not None:
+            fill(arrays["fluid"], self.state)
+
+    def create_tools(self):
+        if self.state is not None:
+            self.solver.t, self.solver.count = float(self.state["t"]), int(self.state["count"])
+        self.pfreq, self.solver.pfreq = self.solver.pfreq, sys.maxsize  # particle files are timed apart
+        return [Requests(self), *super().create_tools()]
+
+    def state_now(self):
+        """What the boiling water is: its properties and constants, the clock, and bubbles that left the base."""
+        fluid = self.scheme.arrays[0]
+        return dict(
+            {f"property {name}": fluid.get(name) for name in fluid.output_property_arrays
+             if name not in EVERY_VERSION_ITS_OWN},
+            **{f"constant {name}": values.get_npy_array() for name, values in fluid.constants.items()},
+            spacing=self.scheme.spacing, t=self.solver.t, count=self.solver.count, departures=len(self.departures))
+
+
+def fill(pa, state):
+    """Give an array the particles of a state: the properties and constants that both have, of the same length."""
+    n, now = len(state["property x"]), pa.get_number_of_particles()
+    if n < now:
+        pa.remove_particles(np.arange(n, now))
+    elif n > now:
+        pa.extend(n - now)
+        pa.align_particles()
+    for key in state:
+        kind, _, name = key.partition(" ")
+        if kind == "property" and name in pa.properties:
+            pa.get(name, only_real_particles=False)[:] = state[key]
+        elif kind == "constant" and name in pa.constants and pa.constants[name].length == len(state[key]):
+            pa.constants[name].get_npy_array()[:] = state[key]
+
+
+class Requests(Tool):
+    """First of the tools: between two steps it answers, and waits for what is asked next.
+
+    A step lasts from the moment that this tool lets go to the moment that it is called again: tools, ledger and all.
+    """
+
+    def __init__(self, application):
+        self.application, self.left, self.steps, self.began = application, 0, None, None
+
+    def stages(self):
+        return dict(self.application.scheme.integrator.wall_time)  # name -> s since the start
+
+    def pre_step(self, solver):
+        now = perf_counter()
+        if self.steps is not None:
+            before, stages = self.began[1], self.stages()
+            self.steps.append(dict(
+                {name: 1e3 * (seconds - before[name]) for name, seconds in stages.items()},
+                whole=1e3 * (now - self.began[0]), sweeps=float(self.application.scheme.arrays[0].sweeps[1])))
+            self.left -= 1
+        while not self.left:
+            self.answer(solver)
+        self.began = perf_counter(), self.stages()
+
+    def answer(self, solver):
+        """The next request: {"steps": n} takes n of them, {"files": n} writes a particle file so often, {"state": path}
+        writes the state; without one the run is over."""
+        if self.steps is not None:
+            self.tell(self.steps)
+            self.steps = None
+        request = json.loads(sys.stdin.readline() or "{}")
+        if not request:
+            raise SystemExit
+        if "steps" in request:
+            self.left, self.steps = request["steps"], []
+        elif "files" in request:
+            self.tell(dict(ms=[self.file(solver) for _ in range(request["files"])], every=self.application.pfreq))
+        else:
+            state = self.application.state_now()
+            np.savez(request["state"], **state)
+            self.tell(None)
+
+    def file(self, solver):
+        """Milliseconds that a particle file takes, with what is written beside it."""
+        begin = perf_counter()
+        solver.dump_output()
+        return 1e3 * (perf_counter() - begin)
+
+    def tell(self, answer):
+        self.application.answers.write(json.dumps(answer) + "\n")
+        self.application.answers.flush()
+
+
+def main(root, hdx, state, folder, *arguments):
+    found = Path(pysph_boiling.__file__).parents[1]
+    if found != Path(root):
+        raise RuntimeError(f"pysph_boiling came from {found}, not from {root}")
+    Boil.answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    Boil.hdx = float(hdx)
+    if state != "-":
+        with np.load(state) as data:
+            Boil.state = dict(data)
+    Boil(output_dir=folder).run(["--openmp", "--no-pictures", "--duration", "1e3", "-d", folder, *arguments])
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
