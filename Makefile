@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 ALL_CORES := $(VENV)/all_cores.cfg
 CORES = $(shell $(PYTHON) -c "import os; print(os.cpu_count())")
 
-.PHONY: demo test test-all parity setup-mpi test-ranks mutants lint clean
+.PHONY: demo test test-all parity setup-mpi test-ranks mutants bench lint clean
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -52,6 +52,10 @@ test-ranks: setup-mpi
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py
 
+# On an idle machine. `make bench AGAINST=COMMIT TABLE=FILE` measures that version too, and writes the table there.
+bench: $(READY)
+	@$(BIN)/python benchmarks/summary.py $(if $(AGAINST),--against $(AGAINST)) $(if $(TABLE),--markdown $(TABLE))
+
 lint: $(BIN)/ruff
 	@$(BIN)/ruff check .
 
@@ -72,7 +76,7 @@ $(READY): setup.py pyproject.toml
 	  echo "$(PYTHON) cannot make a virtual environment (Debian, Ubuntu: apt install python3-venv)"; exit 1; }
 	@$(BIN)/python -m pip install --quiet --upgrade pip
 	@$(BIN)/python -c "import pysph" 2>/dev/null || \
-	  echo "PySPH is built from source now: some minutes on all cores, once. pip keeps the result for the next set-up."
+	  echo "PySPH is built from source now: on two idle cores about 3 minutes, once. pip keeps the result for the next set-up."
 	@printf '[build_ext]\nparallel = %s\n' "$(CORES)" > $(ALL_CORES)
 	@DIST_EXTRA_CONFIG=$(abspath $(ALL_CORES)) PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable .
 	@rm $(ALL_CORES)

@@ -6,10 +6,11 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 INIT = (HERE / "pysph_boiling" / "__init__.py").read_text(encoding="utf-8")
-OPENCL = ["pyopencl[pocl]", "numpy<2.4"]  # a driver for the processor; numpy 2.4 breaks PySPH's device helper
+OPENCL = ["pyopencl[pocl]"]  # a driver for the processor
 NVRTC = "nvidia-cuda-nvrtc-cu12; platform_system == 'Linux' and platform_machine == 'x86_64'"  # compiles CUDA
 # Our solver edits the code that PySPH generates and compiles it by compyle's means: these versions are known to work.
-PYSPH = ["pysph==1.0b2", "compyle==0.9.1", "cyarray==1.2", "cython~=3.3.1"]
+# NumPy 2.4 breaks PySPH's device helper.
+PYSPH = ["pysph==1.0b2", "compyle==0.9.1", "cyarray==1.2", "cython~=3.3.1", "numpy<2.4"]
 VIEW = ["pyvista", "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 
 setup(
@@ -25,7 +26,7 @@ setup(
     python_requires=">=3.10",
     package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"],
                   "pysph_boiling.search": ["*.h", "*.pyx"]},
-    install_requires=[*PYSPH, "numpy", "scipy", "h5py", "rich", "matplotlib"],
+    install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
         "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", *VIEW, *OPENCL, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],

@@ -5,8 +5,8 @@
 The vessel boils for a second and more, once for each h/dx. From that state, taken over as particles, each version goes
 on in a process of its own, a few steps in turn with the other, so that both meet the same machine. ``--against`` takes
 the other version from this git checkout. The first steps are not timed; a step is all that happens between two steps,
-tools and ledger too; particle files are timed apart. Options that are not named here go to the scene (``--width 20``).
-The first run of a version compiles it, for minutes.
+tools and ledger too; particle files are timed apart. Below h/dx 1.2 cohesion reaches as far as the support. Options
+that are not named here go to the scene (``--width 20``). The first run of a version compiles it, for minutes.
 
 With ``--against``, exits with 1 unless both versions did the same: positions to 1e-9 spacings after 12 steps; phases,
 labels of bubbles and counts after 50. Physics that was mended between them shows there.

@@ -6,6 +6,7 @@
 JSON on the standard input, each is answered by one line on the standard output; what the package prints goes to the
 error output. Every version since 1aae54e runs under this file as it is: it may use nothing that one of them lacks.
 """
+import dataclasses
 import json
 import os
 import sys
@@ -28,7 +29,9 @@ class Boil(SteadyBoiling):
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
-        scheme.hdx = self.hdx
+        scheme.hdx, tension = self.hdx, scheme.effects["tension"]
+        support = scheme.kernel.radius_scale * self.hdx  # spacings; cohesion may reach no further
+        scheme.effects["tension"] = dataclasses.replace(tension, radius=min(tension.radius, support))
         return scheme
 
     def start(self, arrays, p, scheme):

@@ -21,6 +21,7 @@ from pysph_boiling.threads import WAITING
 
 os.environ.update(WAITING)
 
+import machine
 import numpy as np
 from compyle.config import get_config
 from pysph.base.nnps import LinkedListNNPS
@@ -215,6 +216,7 @@ def main():
     get_config().use_openmp = True
     warnings.simplefilter("ignore")
     console = Console()
+    console.print(machine.load())
 
     upper = (width * DX, width * DX, 1.5 * fill * DX)
     full = full_model(upper)

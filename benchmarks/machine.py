@@ -1,7 +1,14 @@
 """What a benchmark says of the machine that it ran on."""
 import os
 
-__all__ = ["load"]
+__all__ = ["load", "processors"]
+
+
+def processors():
+    """How many cores of which processor."""
+    from pysph_boiling.examples.application import processor  # a benchmark of memory wants no imports
+
+    return f"{os.cpu_count()} cores ({processor() or 'unknown'})"
 
 
 def load():

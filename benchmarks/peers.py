@@ -10,7 +10,7 @@ and two threads. Then the codes are compared at equal density error: costs are i
 log-log, never beyond them.
 
 The other codes are installed into an environment of their own (``--environment``, 1 GB). Exits with 1 if a run failed
-or the codes did not get the same scene; the ratios are what they are.
+or the codes did not get the same scene, and with 3 if the other codes are not there; the ratios are what they are.
 """
 import argparse
 import json
@@ -34,6 +34,7 @@ from scenes import ESCAPES, GRAVITY, Scene, at_equal_error, compression, front, 
 
 PACKAGES = ("pysplishsplash==2.19.0", "taichi==1.7.4", "numpy")
 LIBRARIES = ("GLdispatch", "GLX", "OpenGL")  # bundled with pysplishsplash, and in conflict with the system's
+NOT_INSTALLED = 3  # exit status
 SNAPSHOTS = 24
 TARGETS = (1e-3, 4e-4)  # mean density errors at which codes are compared
 OURS = "pysph_boiling"
@@ -83,17 +84,24 @@ def dam_break(n, duration):
 
 # --- the environment of the other codes -------------------------------------------------------------------------------
 
-def environment(folder, console):
-    """Python of an environment with the other codes, made and mended if need be."""
+class NotInstalled(Exception):
+    """The other codes are not there; the message says why."""
+
+
+def environment(folder, console, install=True):
+    """Python of an environment with the other codes, made if ``install``, and mended if need be."""
     python = folder / "bin" / "python"
     if not python.exists():
+        if not install:
+            raise NotInstalled(f"the other codes (SPlisHSPlasH, Taichi) are not installed in {folder}: "
+                               "python benchmarks/peers.py installs them, 1 GB")
         console.print(f"installing {', '.join(PACKAGES)} into {folder}")
         subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
         subprocess.run([str(python), "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
     if loads(python) != 0:
         use_system_libraries(folder)
     if loads(python) != 0:
-        raise RuntimeError(f"pysplishsplash cannot be imported in {folder}: remove the folder and try again; on Debian "
+        raise NotInstalled(f"pysplishsplash cannot be imported in {folder}: remove the folder and try again; on Debian "
                            "and Ubuntu it needs libgl1 and libopengl0")
     return python
 
@@ -324,6 +332,7 @@ def main():
     parser.add_argument("--markdown", metavar="FILE", help="write the tables there")
     parser.add_argument("--environment", metavar="FOLDER", default="~/.cache/pysph_boiling_peers",
                         help="where the other codes are installed (%(default)s)")
+    parser.add_argument("--no-install", dest="install", action="store_false", help="only where they are installed")
     parser.add_argument("--cpu-time", action="store_true", help="for a busy machine: seconds of the processor, and one "
                         "thread alone")
     options = parser.parse_args()
@@ -332,7 +341,11 @@ def main():
     survey, plan = 2, [(2, 1)] if options.quick else [(2, 2), (1, 2)]  # (threads, rounds) after the survey
     if options.cpu_time:
         survey, plan = 1, [(1, 1)]
-    python = environment(Path(options.environment).expanduser(), console)
+    try:
+        python = environment(Path(options.environment).expanduser(), console, options.install)
+    except NotInstalled as error:
+        print(error, file=sys.stderr)
+        return NOT_INSTALLED
     console.print(machine.load())
 
     runs, begin = [run for scene in scenes for run in grid(scene, options.quick)], time.perf_counter()

@@ -1,6 +1,9 @@
-"""What the comparison with other codes measures by: pure functions, no other code needed."""
+"""What the benchmarks measure by: pure functions, and processes that are stand-ins; nothing is compiled."""
+import json
+import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +12,10 @@ from pysph.base.kernels import CubicSpline
 from pysph_boiling.particles import akinci_volume, box_vessel, fluid_block, lattice_density
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import boil  # noqa: E402
 import peers  # noqa: E402
 import scenes  # noqa: E402
+import summary  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -121,3 +126,127 @@ def test_times_as_fast_at_equal_error(scene):
     found = {row["error"]: row["median"] for row in peers.ratios(runs, 2) if row["peer"] == other}
     assert low < 0.5 * high
     assert found == pytest.approx({high: 2.0})
+
+
+# --- steady boiling, version against version --------------------------------------------------------------------------
+
+def boiling(x=(0.0, 1.0, 2.0, 3.0), phase=(0, 0, 3, 3), bubble=(9, 9, 2, 2), uid=(0, 1, 2, 3), vented=0):
+    """A state as a worker writes it; spacing 2 m."""
+    state = {"property x": np.array(x), "property y": np.zeros(4), "property z": np.zeros(4),
+             "property phase": np.array(phase), "property bubble": np.array(bubble), "property uid": np.array(uid)}
+    return state | {"constant n_vented": np.array([float(vented)]), "constant n_bubbles_vented": np.zeros(1),
+                    "departures": np.array(1), "spacing": np.array(2.0)}
+
+
+def test_versions_are_compared_particle_by_particle():
+    """In another order in memory they are the same; moved by 1e-8 spacings they are not."""
+    turned = boiling(x=(3.0, 2.0, 1.0, 0.0), phase=(3, 3, 0, 0), bubble=(2, 2, 9, 9), uid=(3, 2, 1, 0))
+    assert boil.same_positions(boiling(), turned, 12)["holds"]
+    assert boil.same_events(boiling(), turned, 50)["holds"]
+    moved = boil.same_positions(boiling(), boiling(x=(0.0, 1.0, 2.0 + 2e-8, 3.0)), 12)
+    assert not moved["holds"] and "1.0e-08" in moved["found"]
+    assert boil.same_positions(boiling(), boiling(x=(0.0, 1.0, 2.0 + 1e-9, 3.0)), 12)["holds"]
+
+
+@pytest.mark.parametrize("change, found", [
+    (dict(phase=(0, 3, 0, 3), bubble=(9, 2, 9, 2)), "2 particles are in another phase; 2 particles have another label"),
+    (dict(bubble=(9, 9, 2, 3)), "bubbles 1 here, 2 there; 1 particles have another label"),
+    (dict(vented=5), "n_vented 0 here, 5 there"),
+    (dict(uid=(0, 1, 2, 7)), "the particles are not the same ones"),
+])
+def test_what_differs_between_versions_is_told(change, found):
+    verdict = boil.same_events(boiling(), boiling(**change), 50)
+    assert not verdict["holds"] and verdict["found"] == found
+
+
+def test_other_particles_are_at_no_distance():
+    assert not boil.same_positions(boiling(), boiling(uid=(0, 1, 2, 7)), 12)["holds"]
+
+
+def boiled(scale, **more):
+    """Figures of a version whose steps take ``scale`` times as long as those by hand below."""
+    steps = [dict(search=scale * search, density=scale * 2.0, whole=scale * 10.0, sweeps=3.0, **more)
+             for search in (4.0, 1.0, 2.0)]
+    return boil.figures(steps, dict(ms=[900.0, 20.0 * scale, 20.0 * scale], every=10))
+
+
+def test_figures_of_steps_by_hand():
+    """Least and median of each part, and of the rest; a file every ten steps is 2 ms a step, and its first is left out.
+    """
+    found = boiled(1.0)
+    assert found["parts"]["search"] == dict(least=1.0, median=2.0)
+    assert found["parts"][boil.OUTSIDE] == dict(least=4.0, median=6.0)
+    assert found["parts"][boil.FILE] == dict(least=20.0, median=20.0)
+    assert found["outside"] == pytest.approx((17.0 / 3.0 + 2.0) / 12.0)
+    assert found["sweeps"] == 3.0 and found["steps"] == 3
+
+
+def test_table_of_two_versions():
+    """A stage that one of them lacks, or that did not run, has no ratio."""
+    row = dict(hdx=1.2, particles=4, vapour=2, threads=2, load=[0.1, 0.2],
+               versions={boil.HERE: boiled(1.0, film=1.0, idle=0.0), "abc": boiled(2.0, idle=0.0)})
+    title, head, rows = boil.table(row)
+    cells = {cells[0]: cells[1:] for cells in rows}
+    assert "load 0.1 before and 0.2 after" in title and len(head) == 4 and {len(line) for line in rows} == {4}
+    assert cells["search"] == ["1.00, 2.00", "2.00, 4.00", "2.00, 2.00"]
+    assert cells["film"] == ["1.00, 1.00", "", ""] and cells["idle"][-1] == ""
+    assert cells[boil.WHOLE][-1] == "2.00, 2.00"
+    assert [line[0] for line in rows[-6:-3]] == [boil.OUTSIDE, boil.WHOLE, boil.FILE]
+
+
+def test_a_version_that_cannot_be_had_is_a_plain_sentence(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(boil, "ROOT", tmp_path)
+    with pytest.raises(boil.NoVersion, match="needs a git checkout"):
+        boil.unpack("HEAD", tmp_path / "out")
+    subprocess.run(["git", "init", "--quiet", str(tmp_path)], check=True)
+    with pytest.raises(boil.NoVersion, match="no commit 'nowhere'"):
+        boil.unpack("nowhere", tmp_path / "out")
+    with pytest.raises(SystemExit):
+        boil.main(["--against", "nowhere"])
+    assert capsys.readouterr().err.splitlines()[-1].endswith("this checkout has no commit 'nowhere'")
+
+
+def test_a_commit_is_unpacked_beside_what_is_edited(tmp_path, monkeypatch):
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
+    (tmp_path / "file").write_text("committed")
+    subprocess.run(["git", "init", "--quiet", str(tmp_path)], check=True)
+    subprocess.run([*git, "add", "file"], check=True)
+    subprocess.run([*git, "commit", "--quiet", "-m", "one"], check=True)
+    (tmp_path / "file").write_text("edited")
+    monkeypatch.setattr(boil, "ROOT", tmp_path.resolve())
+    out = tmp_path / "out"
+    name = boil.unpack("HEAD", out)
+    assert (out / "file").read_text() == "committed" and (tmp_path / "file").read_text() == "edited"
+    assert boil.git("rev-parse", "HEAD").decode().startswith(name)
+
+
+# --- all of them ------------------------------------------------------------------------------------------------------
+
+def test_without_the_other_codes_the_rest_of_the_table_stands(tmp_path, monkeypatch, capsys):
+    """peers.py says that they are not installed; that is no failure, a benchmark that breaks is one."""
+    size = dict(rows=[dict(fluid=1000, wall=500, ns=1500.0, low=1400.0, high=1600.0, share=dict(search=0.5))],
+                flatness=1.1, bytes=394.0)
+    status = dict(size=0)
+
+    def stand_in(command, **_):
+        name, path = Path(command[1]).stem, Path(command[command.index("--json") + 1])
+        if name == "peers":
+            assert "--no-install" in command
+            return subprocess.CompletedProcess(command, peers.NOT_INSTALLED, stderr="not installed\n")
+        path.write_text(json.dumps(size))
+        return subprocess.CompletedProcess(command, status[name], stderr="")
+
+    monkeypatch.setattr(summary, "subprocess", SimpleNamespace(run=stand_in, PIPE=subprocess.PIPE))
+    page, arguments = tmp_path / "table.md", ["--only", "size", "peers", "--markdown", str(tmp_path / "table.md")]
+    assert summary.main(arguments) == 0
+    text = page.read_text()
+    assert "| size | memory of a particle | 394 bytes |" in text
+    assert "| peers | did not run | not installed |" in text
+    status["size"] = 1
+    assert summary.main(arguments) == 1
+
+
+def test_other_codes_are_not_fetched_unasked(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["peers.py", "--quick", "--no-install", "--environment", str(tmp_path / "none")])
+    assert peers.main() == peers.NOT_INSTALLED
+    assert "not installed" in capsys.readouterr().err
