@@ -16,8 +16,8 @@ import numpy as np
 from compyle.array import get_backend
 
 __all__ = [
-    "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "neighbour_search", "on_host", "order_fluids",
-    "positive", "real", "send", "summed", "values",
+    "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "largest_size", "neighbour_search", "on_host",
+    "order_fluids", "positive", "real", "send", "smallest", "summed", "values",
 ]
 
 
@@ -59,6 +59,18 @@ def largest(array, where=None, default=0.0):
     array = _chosen(array, where, default)
     found = _number(_library(array).max(array)) if len(array) else default
     return default if found < default else found  # NaN is told, as far as the device tells it
+
+
+def smallest(array):
+    """Smallest entry, of one at least; NaN as :func:`largest` tells it."""
+    return _number(_library(array).min(array))
+
+
+def largest_size(array):
+    """Largest absolute value, 0 of no entries; NaN as :func:`largest` tells it."""
+    if not isinstance(array, np.ndarray):
+        return largest(abs(array))
+    return max(float(np.max(array)), -float(np.min(array))) if len(array) else 0.0
 
 
 def summed(array, where=None):

@@ -12,7 +12,7 @@ from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import shared
 from pysph_boiling.schemes.vapour import Vapour
 
-__all__ = ["BubbleTable", "Departures", "bubble_table", "store_sizes"]
+__all__ = ["BubbleTable", "Departures", "bubble_table", "equivalent_radius", "store_sizes", "vapour_of"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,20 @@ class BubbleTable:
 
 
 @shared
+def vapour_of(arrays):
+    """The :class:`Vapour` of fluid arrays with current labels."""
+    return Vapour(arrays)
+
+
+def equivalent_radius(vapour, scene):
+    """Radius of a disc or sphere of the rest volume of each bubble, swollen where vapour swells, (bubbles,) [m]."""
+    m = vapour.get("m")
+    swollen = "swell" in vapour.arrays[0].properties
+    volume = vapour.sum(m * vapour.get("swell") if swollen else m) / scene.rho0
+    return np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
+
+
+@shared
 def bubble_table(arrays, scene, period=None):
     """The :class:`BubbleTable` of fluid arrays with current labels.
 
@@ -42,17 +56,13 @@ def bubble_table(arrays, scene, period=None):
     if not given: positions of a bubble are then taken relative to one of its members, by the nearest image (a bubble
     must be shorter than half a period).
     """
-    vapour = Vapour(arrays)
+    vapour = vapour_of(arrays)
     place, centroid = vapour.places(scene.period if period is None else period)
     distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
     m = vapour.get("m")
-    mass = vapour.sum(m)
-    swollen = "swell" in vapour.arrays[0].properties
-    volume = (vapour.sum(m * vapour.get("swell")) if swollen else mass) / scene.rho0
-    equivalent = np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
     deficit = vapour.sum(m * np.maximum(scene.material.L - vapour.get("e"), 0.0))
-    return BubbleTable(vapour.label, vapour.n, mass, centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),
-                       equivalent, deficit)
+    return BubbleTable(vapour.label, vapour.n, vapour.sum(m), centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),
+                       equivalent_radius(vapour, scene), deficit)
 
 
 def store_sizes(arrays):
@@ -86,7 +96,7 @@ class Departures(Tool):
 
     def post_step(self, solver):
         uid, vapour, aloft = self.look()
-        before = vapour.sum(np.isin(uid, self.attached))
+        before = vapour.sum(np.isin(uid, self.attached, assume_unique=True))
         for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
             self.events.append((solver.t + solver.dt, int(n)))
         self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.device import counted, largest, summed, values
+from pysph_boiling.device import counted, largest, smallest, summed, values
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
@@ -55,7 +55,8 @@ class Guard(Tool):
 
     def too_cold(self, pa, solver):
         """What is wrong where something is not above 0 K, or ``None``."""
-        if largest(-values(pa, "T"), default=-math.inf) < 0.0:
+        T = values(pa, "T")
+        if len(T) == 0 or smallest(T) > 0.0:
             return None
         return self.report(pa, "T", solver, lambda pa: pa.T <= 0.0, self.limits())
 

@@ -13,7 +13,7 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.device import largest, values
+from pysph_boiling.device import largest, largest_size, values
 from pysph_boiling.names import whole_number
 from pysph_boiling.particles import fill
 from pysph_boiling.schemes import ranks
@@ -320,7 +320,7 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
-        rate = ranks.largest(max(largest(abs(values(pa, "ae"))) for pa in self.arrays))
+        rate = ranks.largest(max(largest_size(values(pa, "ae")) for pa in self.arrays))
         wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
         if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from pysph.base.utils import get_particle_array
 
-from pysph_boiling.device import Subset, counted, largest, summed, values
+from pysph_boiling.device import Subset, counted, largest, largest_size, smallest, summed, values
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.particles import BASE_PROPERTIES, WALL_PROPERTIES
 
@@ -20,18 +20,22 @@ def pa():
 def test_reductions_take_the_real_particles_that_are_chosen(pa):
     m, vapour = values(pa, "m"), values(pa, "phase") == 3
     assert (counted(vapour), summed(m), summed(m, vapour), largest(m), largest(m, ~vapour)) == (3, 15.0, 11.0, 5.0, 3.0)
+    assert (smallest(m), largest_size(m - 2.0), largest_size(m - 5.0)) == (1.0, 3.0, 4.0)
 
 
 def test_reductions_of_nothing(pa):
     m, nobody = values(pa, "m"), values(pa, "phase") == 7
     assert (counted(nobody), summed(m, nobody), largest(m, nobody)) == (0, 0.0, 0.0)
     assert largest(m, nobody, -np.inf) == -np.inf
-    assert largest(-m) == 0.0
+    assert largest(-m) == 0.0 and largest_size(m[:0]) == 0.0
 
 
 def test_nan_and_infinity_are_told(pa):
     pa.m[2] = np.nan
-    assert np.isnan(summed(values(pa, "m"))) and np.isnan(largest(values(pa, "m")))
+    for reduce in (summed, largest, smallest, largest_size):
+        assert np.isnan(reduce(values(pa, "m")))
+    pa.m[2] = -np.inf
+    assert smallest(values(pa, "m")) == -np.inf and largest_size(values(pa, "m")) == np.inf
     pa.m[2] = np.inf
     assert largest(values(pa, "m")) == np.inf
 

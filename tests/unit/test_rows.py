@@ -85,6 +85,15 @@ def test_a_row_sees_what_has_changed_since_the_last(boil):
     assert after["energy"] == pytest.approx(2.0 * before["energy"], rel=1e-12) and after["n_bubbles"] == 0.0
 
 
+def test_phases_are_called_for_where_anything_is_hot_or_not_liquid(boil):
+    ledger, fluid = boil
+    (called_for,) = ledger.scheme.effects["phases"].conditions(ledger.scene).values()
+    for e, phase, wanted in ((-1.0, Phase.LIQUID, False), (0.0, Phase.LIQUID, True), (-1.0, Phase.TRANSITION, True)):
+        fluid.e[:], fluid.phase[:] = -1.0, Phase.LIQUID
+        fluid.e[7], fluid.phase[7] = e, phase
+        assert called_for([fluid]) is wanted
+
+
 def test_shared_is_once_a_moment_and_argument():
     calls = []
 

@@ -44,17 +44,17 @@ class BubbleLabels(Effect):
             raise ValueError(f"bubbles: labels need all liquid and vapour in one fluid array, got {scene.fluids}")
 
     def columns(self, scene):
-        from pysph_boiling.analysis.bubbles import bubble_table
+        from pysph_boiling.analysis.bubbles import equivalent_radius, vapour_of
 
         def number(arrays, scene):
-            return float(len(bubble_table(arrays, scene).label))
+            return float(len(vapour_of(arrays).label))
 
         def single(arrays, scene):
-            return float(np.count_nonzero(bubble_table(arrays, scene).n == 1))
+            return float(np.count_nonzero(vapour_of(arrays).n == 1))
 
         def radius(arrays, scene):
-            table = bubble_table(arrays, scene)
-            return float(np.mean(table.equivalent_radius)) if len(table.label) else 0.0
+            vapour = vapour_of(arrays)
+            return float(np.mean(equivalent_radius(vapour, scene))) if len(vapour.label) else 0.0
 
         return (
             Column("n_bubbles", "-", "bubbles", number),

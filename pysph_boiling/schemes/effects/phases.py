@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pysph_boiling.device import counted, values
+from pysph_boiling.device import counted, largest, values
 from pysph_boiling.equations import nucleation, phase_change
 from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
@@ -79,7 +79,8 @@ class PhaseChange(Effect):
     def conditions(self, scene):
         def hot(arrays):
             return ranks.anywhere(any(
-                counted((values(pa, "e") >= 0.0) | (values(pa, "phase") != Phase.LIQUID.value)) > 0 for pa in arrays))
+                largest(values(pa, "e"), default=-np.inf) >= 0.0 or
+                counted(values(pa, "phase") != Phase.LIQUID.value) > 0 for pa in arrays))
 
         return {"phases": hot}
 
