@@ -24,7 +24,6 @@ os.environ.update(WAITING)
 import machine
 import numpy as np
 from compyle.config import get_config
-from pysph.base.nnps import LinkedListNNPS
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 from rich.console import Console
@@ -32,6 +31,7 @@ from rich.progress import track
 from rich.table import Table
 
 from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.device import neighbour_search
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.phases import Phase
@@ -119,8 +119,7 @@ class Pool:
     def compile(self):
         """Ready to step."""
         self.solver = self.scheme.get_solver()
-        nnps = LinkedListNNPS(dim=3, particles=self.arrays, radius_scale=self.scheme.kernel.radius_scale, cache=True,
-                              fixed_h=True)
+        nnps = neighbour_search(self.arrays, dim=3, radius_scale=self.scheme.kernel.radius_scale, fixed_h=True)
         self.solver.set_parallel_manager(None)
         self.solver.setup(self.arrays, self.equations, nnps)
         self.tools = self.scheme.tools()

@@ -17,7 +17,7 @@ from compyle.array import get_backend
 
 __all__ = [
     "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "largest_size", "neighbour_search", "on_host",
-    "order_fluids", "positive", "real", "send", "smallest", "summed", "values",
+    "order", "positive", "real", "send", "smallest", "summed", "values",
 ]
 
 
@@ -285,26 +285,26 @@ def on_host(particles):
 
 
 def neighbour_search(particles, **options):
-    """PySPH's neighbour search for the backend in use; lists are kept."""
+    """The neighbour search for the backend in use: ours on the host, PySPH's on a device; lists are kept."""
     if get_backend() == "cython":
-        from pysph.base.nnps import LinkedListNNPS
+        from pysph_boiling.search import sorted_cell_nnps
 
-        return LinkedListNNPS(particles=particles, cache=True, **options)
+        return sorted_cell_nnps()(particles=particles, **options)
     from pysph.base.gpu_nnps import ZOrderGPUNNPS
 
     return ZOrderGPUNNPS(particles=particles, **options)
 
 
-def order_fluids(nnps, fluids):
-    """Sort particles along the curve of the neighbour search, for the device's memory; returns after a new search.
+def order(nnps, arrays):
+    """Sort the particles of ``arrays`` along the cells of the neighbour search, for memory; returns after a new search.
 
-    PySPH sorts every array, by indices of the last search: sites, which particles know by their place, would get
-    another place, and after particles were removed the indices are those of another array.
+    PySPH sorts every array, each time, by indices of the last search: after particles were removed, these are those of
+    another array. And its searches sort ghosts in among the others; ours keeps them behind.
     """
-    if nnps.domain.manager.is_periodic:
-        return  # ghosts would be sorted in among the others
+    if nnps.domain.manager.is_periodic and not getattr(nnps, "ghosts_stay_behind", False):
+        return
     nnps.update()
     for index, pa in enumerate(nnps.particles):
-        if pa in fluids:
+        if any(pa is one for one in arrays):
             nnps.spatially_order_particles(index)
     nnps.update()

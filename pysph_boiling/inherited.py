@@ -9,9 +9,10 @@ from pysph_boiling.names import nearest
 
 __all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "settle", "table"]
 
-# Searches that find the neighbours that the linked lists find: positions and enthalpies equal to round-off (1.4e-14)
-# after 20 steps of a dam break and of a heated slab.
-SEARCHES = ("ll", "box", "sh", "esh", "ci", "comp_tree", "strat_hash", "tree")
+# Our search, and PySPH's that find the neighbours that its linked lists find: positions and enthalpies equal to
+# round-off (1.4e-14) after 20 steps of a dam break and of a heated slab.
+SEARCHES = ("sorted", "ll", "box", "sh", "esh", "ci", "comp_tree", "strat_hash", "tree")
+UNSORTED = ("sh", "esh", "strat_hash")  # which know no spatial order
 BAD_SEARCHES = {
     "sfc": "gives wrong neighbours where they are cached, as they are here",
     "strat_sfc": "misses neighbours: no heat flows, and a dam break is 35 % off",
@@ -49,10 +50,12 @@ WORKS = {
     "--pfreq": "steps between two particle files, instead of a frame",
     "--detailed-output": "every property in the particle files; a run goes on from them all the same",
     "--compress-output": "smaller particle files",
-    "--reorder-freq": "steps between two spatial sorts of the particles; equal to round-off",
+    "--reorder-freq": "steps between two spatial sorts of particles; 10 if not given, with our search; equal to "
+                      "round-off",
     "--kernel": " or ".join(KERNELS),
     "--restart-file": "go on from this particle file (see also our `--resume`)",
-    "--nnps": ", ".join(SEARCHES) + ": equal to round-off; a device has its own",
+    "--nnps": ", ".join(SEARCHES) + ": equal to round-off; the first is ours ([search.md](search.md)); a device has "
+              "its own",
     "--fixed-h": "what a scene does anyway",
     "--cache-nnps": "what a scene does anyway",
     "--sort-gids": "neighbours in the order of their numbers; equal to round-off",
@@ -134,7 +137,7 @@ def settle(parser, also=None):
     for flag, reason in {**REFUSED, **(also or {})}.items():
         old = inherited[flag]
         ours.add_argument(*old.option_strings, action=Refused, dest=old.dest, default=old.default, reason=reason)
-    ours.add_argument("--nnps", default="ll", type=one_of(SEARCHES, BAD_SEARCHES), metavar="SEARCH",
+    ours.add_argument("--nnps", default=SEARCHES[0], type=one_of(SEARCHES, BAD_SEARCHES), metavar="SEARCH",
                       help=f"neighbour search: {', '.join(SEARCHES)}")
     ours.add_argument("--kernel", default=None, type=one_of(KERNELS), help=" or ".join(KERNELS))
     ours.add_argument("--omp-schedule", dest="omp_schedule", default="dynamic,64", type=schedule, metavar="KIND,CHUNK",
@@ -146,13 +149,15 @@ def check(options):
     for bad, text in (
         (options.openmp and options.with_openmp is False, "--openmp and --no-openmp contradict each other"),
         (options.with_opencl and options.with_cuda, "--opencl and --cuda contradict each other"),
-        ((options.with_opencl or options.with_cuda) and options.nnps != "ll",
+        ((options.with_opencl or options.with_cuda) and options.nnps != SEARCHES[0],
          f"--nnps {options.nnps} is for the host: a device has its own search"),
         (options.max_steps < 1, f"--max-steps must be >= 1 step, got {options.max_steps}"),
         (options.lb_freq < 1, f"--lb-freq must be >= 1 step, got {options.lb_freq}"),
         (options.freq is not None and options.freq < 1, f"--pfreq must be >= 1 step, got {options.freq}"),
         (options.reorder_freq is not None and options.reorder_freq < 1,
          f"--reorder-freq must be >= 1 step, got {options.reorder_freq}"),
+        (options.reorder_freq is not None and options.nnps in UNSORTED,
+         f"--reorder-freq: the search '{options.nnps}' knows no order to sort particles in; take another --nnps"),
         (options.fname in ("", ".", "..") or "/" in options.fname,
          f"--fname must be a name without a folder, got '{options.fname}': the folder is --directory"),
         (options.loglevel not in LEVELS, f"--loglevel must be one of {', '.join(LEVELS)}; got {options.loglevel!r}"),

@@ -43,7 +43,7 @@ def main():
     fluid = fluid_array(job.fluid, **common)
     wall = wall_array(job.wall, kernel=scheme.kernel, **common)
     scheme.setup_properties([fluid, wall])
-    stepper = Stepper(scheme, [fluid, wall], dt=job.dt)
+    stepper = Stepper(scheme, [fluid, wall], dt=job.dt, ordered=True)
     job.begin_now()
     for _ in range(job.steps):
         stepper.step()

@@ -55,7 +55,7 @@ class StorageNearest(Equation):
 
 
 class StorageOccupied(Equation):
-    """A site is occupied while there is vapour within ``radius``.
+    """A site is occupied while there is vapour within ``radius``. It tells where it stands in memory, too.
 
     Source: ours, after Li & Xiao (one bubble per site at a time).
 
@@ -63,7 +63,8 @@ class StorageOccupied(Equation):
     ----------
     radius : float   Radius of a site [m], > 0.
 
-    Reads    s_phase, positions.   Writes   d_occupied, own index only.   Errors   ValueError if radius <= 0.
+    Reads    s_phase, d_number, positions.   Writes   d_occupied, own index only, and d_place at its own number.
+    Errors   ValueError if radius <= 0.
     """
 
     def __init__(self, dest, sources, radius):
@@ -72,8 +73,9 @@ class StorageOccupied(Equation):
         self.radius = float(radius)
         super().__init__(dest, sources)
 
-    def initialize(self, d_idx, d_occupied):
+    def initialize(self, d_idx, d_number, d_place, d_occupied):
         d_occupied[d_idx] = 0
+        d_place[d_number[d_idx]] = d_idx
 
     def loop(self, d_idx, s_idx, d_occupied, s_phase, RIJ):
         if s_phase[s_idx] == 3:
@@ -162,7 +164,7 @@ class StorageAbsorption(Equation):
     rate : float         a [1/s], >= 0.
     T_sat, c_l : float   Saturation temperature [K], specific heat capacity of liquid [J/(kg K)].
 
-    Reads    d_site, d_site_r2 [m^2], d_m [kg], s_occupied, s_Q_s, s_cost [J].
+    Reads    d_site, d_site_r2 [m^2], d_m [kg], s_place, s_occupied, s_Q_s, s_cost [J].
     Writes   d_e [J/kg], d_T [K], d_paid, d_q_sites [J], own index only.
     Needs    StorageChoice in an earlier group. Liquid holds no latent heat back (e_lat = 0).
     Errors   ValueError if radius <= 0 or rate < 0.
@@ -179,11 +181,12 @@ class StorageAbsorption(Equation):
         self.c_l = float(c_l)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_site, d_site_r2, d_m, d_e, d_T, d_paid, d_q_sites, s_occupied, s_Q_s, s_cost, dt):
+    def loop_all(self, d_idx, d_site, d_site_r2, d_m, d_e, d_T, d_paid, d_q_sites, s_place, s_occupied, s_Q_s, s_cost,
+                 dt):
         s_idx = declare('long')
-        s_idx = d_site[d_idx]
         d_paid[d_idx] = 0.0
-        if s_idx >= 0:
+        if d_site[d_idx] >= 0:
+            s_idx = s_place[d_site[d_idx]]
             if d_site_r2[d_idx] < self.radius2:
                 if d_e[d_idx] > 0.0:
                     if s_occupied[s_idx] == 0:
@@ -247,7 +250,7 @@ class StorageVapour(Equation):
     ----------
     T_sat, L : float   Saturation temperature [K], latent heat [J/kg].
 
-    Reads    d_site, d_site_r2 [m^2], d_uid, d_m [kg], s_emits, s_cut_r2 [m^2], s_cut_uid.
+    Reads    d_site, d_site_r2 [m^2], d_uid, d_m [kg], s_place, s_emits, s_cut_r2 [m^2], s_cut_uid.
     Writes   d_e [J/kg], d_phase, d_T [K], d_emitted, d_q_sites [J], own index only.
     Needs    StorageEmission in an earlier group.
     """
@@ -257,13 +260,13 @@ class StorageVapour(Equation):
         self.L = float(L)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_site, d_site_r2, d_uid, d_m, d_e, d_phase, d_T, d_emitted, d_q_sites, s_emits,
-                 s_cut_r2, s_cut_uid):
+    def loop_all(self, d_idx, d_site, d_site_r2, d_uid, d_m, d_e, d_phase, d_T, d_emitted, d_q_sites, s_place,
+                 s_emits, s_cut_r2, s_cut_uid):
         s_idx = declare('long')
         chosen = declare('int')
-        s_idx = d_site[d_idx]
         chosen = 0
-        if s_idx >= 0:
+        if d_site[d_idx] >= 0:
+            s_idx = s_place[d_site[d_idx]]
             if s_emits[s_idx] == 1:
                 if d_site_r2[d_idx] < s_cut_r2[s_idx]:
                     chosen = 1

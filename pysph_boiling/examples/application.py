@@ -40,6 +40,7 @@ from pysph_boiling.schemes.effects import check_parameters, check_temperatures, 
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.quality import QUALITIES
+from pysph_boiling.search import search_for
 
 __all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
 
@@ -400,6 +401,21 @@ class SceneApplication(Application):
     def create_particles(self):
         particles, self.prepared = self.prepared, None
         return particles
+
+    def create_nnps(self):
+        """Our neighbour search, if ``--nnps`` asks for it; the first rank compiles it. ``None``: PySPH makes one."""
+        if on_device(self.options):
+            return None
+        if self.options.nnps != inherited.SEARCHES[0]:
+            if self.options.reorder_freq is None:
+                self.solver.set_reorder_freq(0)  # PySPH's were not all made for it
+            return None
+        if ranks.rank() > 0:
+            ranks.wait()
+        found = search_for(self, say=self.solver.say)
+        if ranks.rank() == 0:
+            ranks.wait()
+        return found
 
     def _prepare(self):
         """Make and check everything that can be wrong before a file or folder is made."""

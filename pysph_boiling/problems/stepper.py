@@ -20,13 +20,14 @@ class Stepper:
     arrays : list              Particle arrays of PySPH.
     dt : float                 Time step [s]; the scheme's own if not given.
     domain : DomainManager     Periodic domain, if any.
+    ordered : bool             Particles are sorted in memory as an application sorts them, and change their places.
 
     ``t`` is the time [s]; ``seconds`` the wall time spent in steps so far [s], compiling left out.
     """
 
     openmp = True  # where the arrays are on the host
 
-    def __init__(self, scheme, arrays, *, dt=None, domain=None):
+    def __init__(self, scheme, arrays, *, dt=None, domain=None, ordered=False):
         on_device = get_backend() != "cython"
         get_config().use_openmp = self.openmp and not on_device
         self.scheme, self.arrays = scheme, {pa.name: pa for pa in arrays}
@@ -39,7 +40,7 @@ class Stepper:
         self.solver.set_parallel_manager(None)
         self.solver.setup(arrays, self.equations, nnps)
         self.tools = scheme.tools()
-        self.t, self.dt, self.seconds = 0.0, scheme.dt, 0.0
+        self.t, self.dt, self.seconds, self.ordered = 0.0, scheme.dt, 0.0, ordered
         if on_device:
             self.solver.integrator.c_integrator.t = self.solver.integrator.c_integrator.dt = 0.0  # PySPH's has none yet
             mirrored = Mirrored(self, detached(arrays))
@@ -50,6 +51,8 @@ class Stepper:
         begin = perf_counter()
         for _ in range(n):
             self.solver.t = self.t
+            if self.ordered:
+                self.solver.reorder_particles()
             for tool in self.tools:
                 tool.pre_step(self.solver)
             self.solver.integrator.step(self.t, self.dt)

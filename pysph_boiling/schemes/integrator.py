@@ -279,7 +279,13 @@ class PBFIntegrator(Integrator):
         if self.parallel_manager:
             self.parallel_manager.update()  # particles move to the ranks whose they are, ghosts are made anew
         with profile_ctx("nnps.update"):
-            self.nnps.update()
+            try:
+                wrong = self.nnps.update()
+            except FloatingPointError as error:
+                wrong = str(error)
+            wrong = ranks.first_given(wrong)  # all ranks stop, or none
+            if wrong:
+                raise FloatingPointError(wrong)
             names = [pa.name for pa in self.nnps.particles]
             for dest, source in self.pairs if getattr(self.nnps, "cache", None) else ():
                 if self.arrays[0].gpu is not None:

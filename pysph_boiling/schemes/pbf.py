@@ -30,6 +30,7 @@ from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
 __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
+ORDER_EVERY = 10  # steps between two sorts in memory: a sort takes 3 % of a step, a step without 0.05 % per step since
 MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays above density.most_error
 SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
@@ -209,6 +210,7 @@ class PBFScheme(Scheme):
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
         self.solver = StagedSolver(
             kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
+        self.solver.set_reorder_freq(ORDER_EVERY)
         self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 

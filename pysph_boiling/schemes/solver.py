@@ -27,7 +27,7 @@ from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.analysis.files import whole
-from pysph_boiling.device import on_host, order_fluids, send
+from pysph_boiling.device import on_host, order, send
 from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
@@ -209,16 +209,28 @@ class StagedSolver(Solver):
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
 
     def reorder_particles(self):
-        """Sort the particles, once at a step: PySPH asks at every start, and a run that goes on has done so already."""
-        arrays = self.integrator.arrays
-        if self.count % self.reorder_freq or self.count == arrays[0].constants.get("ordered", NEVER)[0]:
+        """Sort the particles in memory: fluids once at a step that is due, what does not move once in a run.
+
+        PySPH asks at every start too, and a run that goes on may have done so already. On a device fluids alone are
+        sorted, and on several ranks none: there they change hands.
+        """
+        fluids = self.integrator.arrays
+        due = [pa for pa in fluids if self.count % self.reorder_freq == 0 and self.ordered(pa) != self.count]
+        due += [pa for pa in self.particles if not any(pa is fluid for fluid in fluids) and pa.gpu is None
+                and self.ordered(pa) == NEVER[0]]
+        if not due or self.in_parallel:
             return
-        order_fluids(self.nnps, arrays)
-        for pa in arrays:
+        order(self.nnps, due)
+        for pa in due:
             if "ordered" not in pa.constants:
                 pa.add_constant("ordered", NEVER)
             pa.constants["ordered"].get_npy_array()[0] = self.count  # in the particle files: state of the run
         self.integrator.forget_lists()
+
+    @staticmethod
+    def ordered(pa):
+        """The step at which an array was sorted last."""
+        return pa.constants.get("ordered", NEVER)[0]
 
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (

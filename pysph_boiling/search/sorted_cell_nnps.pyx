@@ -100,6 +100,8 @@ cdef class SortedCellNNPS(NNPS):
     cdef UIntArray gid              # of the source
     cdef public bint fixed_h
 
+    ghosts_stay_behind = True       # when particles are sorted
+
     def __cinit__(self, int dim, list particles, *args, **kwargs):
         self.lanes = cells_init()
         self.sorted = <Sorted *>calloc(len(particles) + 1, sizeof(Sorted))

@@ -16,6 +16,7 @@ from pysph_boiling.search.checked_module import CheckedModule
 __all__ = ["SearchModule", "search_for", "sorted_cell_nnps"]
 
 HERE = Path(__file__).parent
+LOADED = {}  # with and without OpenMP -> the class
 EXACT = ("-ffp-contract=off",)  # products and sums rounded one by one, as in PySPH's own search
 HEAD = "# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True\n"
 INCLUDE = 'cdef extern from "sorted_cells.h" nogil:'
@@ -64,21 +65,23 @@ def exact_flags():
     return EXACT if any(name in compiler().lower() for name in ("gcc", "cc ", "clang")) else ()
 
 
-def sorted_cell_nnps():
+def sorted_cell_nnps(say=None):
     """The class ``SortedCellNNPS``, with OpenMP if PySPH's configuration has it; compiled once, in 10 to 30 s.
+
+    ``say`` is told what is compiled; it is printed if not given.
 
     Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
     """
-    return _load(bool(get_config().use_openmp))
+    threaded = bool(get_config().use_openmp)
+    if threaded not in LOADED:
+        module = SearchModule.make()
+        module.say = say or module.say
+        LOADED[threaded] = module.load().SortedCellNNPS
+    return LOADED[threaded]
 
 
-@functools.cache
-def _load(use_openmp):
-    return SearchModule.make().load().SortedCellNNPS
-
-
-def search_for(application):
-    """The search for a PySPH ``Application``: return it from its ``create_nnps``.
+def search_for(application, say=None):
+    """The search for a PySPH ``Application``: return it from its ``create_nnps``. ``say`` as above.
 
     ``None``, which leaves the choice to PySPH, where the application runs on a device.
     """
@@ -88,6 +91,6 @@ def search_for(application):
     from pysph.base import kernels
 
     kernel = getattr(kernels, options.kernel)(dim=solver.dim) if options.kernel else solver.kernel
-    return sorted_cell_nnps()(
+    return sorted_cell_nnps(say)(
         dim=solver.dim, particles=application.particles, radius_scale=kernel.radius_scale, domain=application.domain,
         fixed_h=bool(solver.fixed_h or options.fixed_h), sort_gids=bool(options.sort_gids))

@@ -175,7 +175,7 @@ def test_any_unit(unit):
 def test_particles_that_flew_away(away):
     """Cells stay as many as the particles call for, and those that are left are found where they are."""
     rng = np.random.default_rng(6)
-    points = np.concatenate([rng.random((1000, 3)), [away], np.array(away) + 0.01 * rng.random((2, 3))])
+    points = np.concatenate([rng.random((1000, 3)), [away], np.array(away) + 0.2 * rng.random((8, 3))])
     arrays = [array(points, 0.05)]
     with np.errstate(over="ignore"):
         check(arrays, 3, expected=brute(arrays, 2.0))
@@ -220,6 +220,12 @@ def test_periodic_domain(dim):
     arrays = [array(rng.random((n, dim)), h, name) for name, n in (("a", 500), ("b", 60))]
     check(arrays, dim, domain=domain)
     assert all(pa.get_number_of_particles() > pa.get_number_of_particles(True) for pa in arrays)
+
+
+def test_mirrored_domain():
+    arrays = [array(np.random.default_rng(1).random((300, 2)), 0.04)]
+    check(arrays, 2, domain=lambda: DomainManager(xmin=0.0, xmax=1.0, mirror_in_x=True))
+    assert arrays[0].get_number_of_particles() > 300
 
 
 def test_ghosts_follow_their_originals():

@@ -84,7 +84,7 @@ COMMANDS = [
     ("run dam_break --timestep 1e-3 --substeps 2", "--timestep and --substeps contradict each other"),
     # PySPH's own options
     ("run dam_break --nnps sfc", "argument --nnps: 'sfc' gives wrong neighbours where they are cached"),
-    ("run dam_break --nnps x", "argument --nnps: 'x' is not one of ll, box"),
+    ("run dam_break --nnps x", "argument --nnps: 'x' is not one of sorted, ll, box"),
     ("run dam_break --results-every 0", "--results-every must be >= 1 step, got 0"),
     ("run dam_break --pfreq 0", "--pfreq must be >= 1 step, got 0"),
     ("run dam_break --timestep 0", "--timestep must be > 0 s, got 0.0 s"),

@@ -54,6 +54,7 @@ class SiteStorage(Effect):
     def site_properties(self, scene):
         return (
             Property("number", "-", "number of the site", "int", True),
+            Property("place", "-", "index of the site whose number is that of this row", "int"),
             Property("Q_s", "J", "heat stored in the site (J/m in 2-D)", state=True),
             Property("occupied", "-", "1 while there is vapour within the radius of the site", "int"),
             Property("emits", "-", "1 in a step in which the site emits a bubble", "int"),

@@ -1,0 +1,115 @@
+"""Our neighbour search under PySPH's own dam breaks, which stay as they are, against PySPH's search.
+
+    python benchmarks/search.py [--dim 2|3] [--dx M] [--steps N] [--rounds N] [--json FILE]
+
+The same example is set up three times: with PySPH's default search, which looks for neighbours at each sum; with its
+lists (``--cache-nnps``); and with ours, which its ``create_nnps`` returns. Each takes the same number of steps in turn,
+several rounds long, in one process with all threads. Told are the least and the median time of a step, that of a search
+alone (sorting, and the lists of every pair of arrays that the equations sum over), and how far particles lie apart in
+the end: searches find the same neighbours in another order, so that sums differ by round-off.
+"""
+import argparse
+import importlib
+import io
+import os
+import tempfile
+import time
+from contextlib import redirect_stdout
+
+from pysph_boiling.threads import WAITING
+
+os.environ.update(WAITING)
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.search import search_for
+
+EXAMPLES = {2: ("dam_break_2d", "DamBreak2D", 0.03), 3: ("dam_break_3d", "DamBreak3D", 0.04)}
+WAYS = {"PySPH, its default": [], "PySPH, lists (--cache-nnps)": ["--cache-nnps"], "ours": []}
+
+
+class Way:
+    """One application, set up and ready to step."""
+
+    def __init__(self, name, dim, dx, folder):
+        module, cls, _ = EXAMPLES[dim]
+        example = getattr(importlib.import_module(f"pysph.examples.{module}"), cls)
+        if name == "ours":
+            example = type(cls, (example,), {"create_nnps": search_for})
+        self.application, self.steps, self.searches = example(fname=cls.lower()), [], []
+        with redirect_stdout(io.StringIO()):
+            self.application.setup(["--openmp", "--disable-output", "--dx", str(dx), "-d", folder, *WAYS[name]])
+        self.solver, self.nnps = self.application.solver, self.application.nnps
+        groups = [group for evaluation in self.solver.acceleration_evals for group in evaluation.mega_groups]
+        names = [pa.name for pa in self.application.particles]
+        self.pairs = sorted({(names.index(dest), names.index(source)) for group in groups
+                             for dest, (_, sources, _) in group.data.items() for source in sources})
+
+    def step(self, n):
+        """Take ``n`` steps; their mean time [ms]."""
+        self.solver.set_max_steps(self.solver.count + n)
+        begin = time.perf_counter()
+        self.solver.solve(show_progress=False)
+        self.steps.append(1e3 * (time.perf_counter() - begin) / n)
+
+    def search(self):
+        """One search with lists [ms]; nothing where there are none."""
+        if not self.application.options.cache_nnps and not hasattr(self.nnps, "ghosts_stay_behind"):
+            return
+        begin = time.perf_counter()
+        self.nnps.update()
+        for dest, source in self.pairs:
+            self.nnps.set_context(source, dest)
+            self.nnps.current_cache.find_all_neighbors()
+        self.searches.append(1e3 * (time.perf_counter() - begin))
+
+    def places(self):
+        fluid = next(pa for pa in self.application.particles if pa.name == "fluid")
+        return np.stack([fluid.x, fluid.y, fluid.z], -1)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dim", type=int, choices=tuple(EXAMPLES), default=3)
+    parser.add_argument("--dx", type=float, help="particle spacing [m]; 0.03 in 2-D and 0.04 in 3-D if not given")
+    parser.add_argument("--steps", type=int, default=10, help="steps in a round")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--json", help="write what is measured to this file")
+    options = parser.parse_args()
+    dx = options.dx or EXAMPLES[options.dim][2]
+    with tempfile.TemporaryDirectory() as folder:
+        ways = {name: Way(name, options.dim, dx, folder) for name in WAYS}
+        for _ in range(options.rounds):
+            for way in ways.values():
+                way.step(options.steps)
+                way.search()
+    ours = ways["ours"]
+    table = Table(title=f"{EXAMPLES[options.dim][0]}: {sum(map(pa_size, ours.application.particles))} particles, "
+                        f"{ours.solver.count} steps")
+    for column in ("search", "step, least [ms]", "median [ms]", "ours is faster by", "search alone [ms]",
+                   "apart in the end [dx]"):
+        table.add_column(column, justify="left" if column == "search" else "right")
+    rows = {}
+    for name, way in ways.items():
+        rows[name] = {"least": min(way.steps), "median": float(np.median(way.steps)),
+                      "ratio": min(way.steps) / min(ours.steps), "search": min(way.searches, default=None),
+                      "apart": float(np.max(np.abs(way.places() - ours.places()))) / dx}
+        row = rows[name]
+        table.add_row(name, f"{row['least']:.1f}", f"{row['median']:.1f}", f"{row['ratio']:.2f}",
+                      "" if row["search"] is None else f"{row['search']:.1f}", f"{row['apart']:.1e}")
+    console = Console()
+    console.print(table)
+    console.print(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
+    if options.json:
+        write_json(options.json, rows)
+
+
+def pa_size(pa):
+    return pa.get_number_of_particles()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+"""Nothing depends on the place of a particle in memory: neither of fluid, nor of walls, nor of sites."""
+import numpy as np
+import pytest
+
+from pysph_boiling.analysis.files import output_files, read_output
+from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.schemes.solver import StagedSolver
+
+POOL = ["--flat", "--width", "24", "--fill", "16", "--sites", "5", "--subcooling", "0.1", "--duration", "0.3",
+        "--frame", "0.1", "--openmp", "--no-pictures", "--detailed-output"]
+
+
+def shuffle(solver):
+    """Every array in a random order, at the start and every seventh step."""
+    rng = np.random.default_rng(solver.count)
+    for pa in solver.particles if solver.count % 7 == 0 else ():
+        n = pa.get_number_of_particles()
+        order = rng.permutation(n)
+        for array in pa.properties.values():
+            values = array.get_npy_array().reshape(n, -1)
+            values[:] = values[order]
+    solver.nnps.update()
+    solver.integrator.forget_lists()
+
+
+def run(folder, monkeypatch, how, *options):
+    """A run whose particles stay where they were made, are sorted, or shuffled."""
+    with monkeypatch.context() as patch:
+        if how != "sorted":
+            patch.setattr(StagedSolver, "reorder_particles", shuffle if how == "shuffled" else lambda solver: None)
+        application = SteadyBoiling()
+        application.check_final = lambda: None
+        application.run([*POOL, "--reorder-freq", "1", "-d", str(folder), *options])
+    return application, read_output(output_files(folder)[-1])[0]
+
+
+MODES = {"dynamic": [], "li_xiao": ["--mode", "li_xiao", "--storage.n-emit", "1", "--duration", "0.2"]}
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("how", ["sorted", "shuffled"])
+def test_events_labels_and_ledger_are_the_same(how, mode, tmp_path, monkeypatch):
+    plain, expected = run(tmp_path / "plain", monkeypatch, "as made", *MODES[mode])
+    other, found = run(tmp_path / how, monkeypatch, how, *MODES[mode])
+    moved = set()
+    for name, pa in expected.items():
+        keys = ["uid"] if "uid" in pa.properties else ["x", "y"]  # walls and sites stand still, and have no numbers
+        rows = [np.lexsort([one.get(key) for key in keys]) for one in (pa, found[name])]
+        if not np.array_equal(*rows):
+            moved.add(name)
+        for prop in ("x", "y", "phase", "bubble", "T", "number", "Q_s", "heated", "m"):
+            if prop in pa.properties:
+                ours, theirs = (one.get(prop)[row] for one, row in zip((found[name], pa), reversed(rows)))
+                np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9, err_msg=f"{name}.{prop}")
+    assert moved >= ({"fluid", "wall", "sites"} if how == "shuffled" else {"fluid", "wall"})
+    assert (other.departures, other.vents) == (plain.departures, plain.vents)
+    table, ledger = plain.ledger.table(), other.ledger.table()
+    assert table["n_emitted" if mode == "li_xiao" else "n_nucleated"][-1] > 0 and table.keys() == ledger.keys()
+    for name, values in table.items():
+        size = 1.0 if name.endswith("residual") else np.max(np.abs(values))
+        np.testing.assert_allclose(ledger[name], values, rtol=1e-9, atol=1e-9 * size, err_msg=name)
