@@ -23,6 +23,7 @@ from pysph_boiling.schemes.effects.mechanics import Meter
 from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
+from pysph_boiling.schemes.lean import lean_terms, why_general
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
 from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
@@ -49,6 +50,7 @@ class PBFScheme(Scheme):
     kernel : PySPH kernel          CubicSpline (if not given) or WendlandQuintic.
     quality : str                  "draft", "standard" or "reference": time step and sweeps (schemes/quality.py). An
                                    effect ``density`` that is given keeps its own sweeps.
+    lean : bool                    Whether lean sums may take the place of general equations (schemes/lean.py).
     **effects                      One effect per slot (``container=BoxContainer(...)``), or ``None`` to leave it out.
                                    ``density=None`` gives a scene that stands still.
 
@@ -60,7 +62,7 @@ class PBFScheme(Scheme):
     material = None
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
-                 quality="standard", density=_DEFAULT, **effects):
+                 quality="standard", lean=True, density=_DEFAULT, **effects):
         if isinstance(dim, float) or dim not in (2, 3):
             raise ValueError(f"dim must be 2 or 3, got {dim!r}")
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
@@ -88,13 +90,14 @@ class PBFScheme(Scheme):
         self.kernel = kernel if kernel is not None else CubicSpline(dim=dim)
         if self.kernel.dim != dim:
             raise ValueError(f"the kernel must be one of {dim} dimensions, as the scheme; got {self.kernel.dim}")
-        self.sites = list(sites)
+        self.sites, self.lean = list(sites), lean
         self.effects = {}
         self.set_quality(quality)
         if density is not _DEFAULT:
             effects["density"] = density
         self.set_effects(**effects)
         self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
+        self.given = {}  # name -> particle array that was set up
         self.period = np.zeros(3)
         self.dt = None
         self.integrator = None
@@ -155,6 +158,11 @@ class PBFScheme(Scheme):
         return [term._replace(owner=slot) for fluid in self.fluids for slot, effect in self.effects.items()
                 for term in effect.terms(scene, fluid)]
 
+    def built_terms(self):
+        """(terms, why): those that are built on the arrays that were set up, lean where they may be; why not, if so."""
+        terms, why = self.terms(), why_general(self, self.given)
+        return (terms if why else lean_terms(terms, self.kernel)), why
+
     def pairs(self):
         """Names (destination, source) of the arrays of every sum over neighbours, sorted."""
         return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
@@ -168,9 +176,12 @@ class PBFScheme(Scheme):
 
     def add_user_options(self, group):
         option_module.add_options(group, self.slots)
+        group.add_argument("--no-lean", dest="lean", action="store_false", default=None,
+                           help="general equations also where lean sums could take their place")
 
     def consume_user_options(self, options):
         self.effects = option_module.apply_options(options, self.effects, self.slots)
+        self.lean = self.lean if options.lean is None else options.lean
         self.set_effects()
 
     def time_step(self, share=None):
@@ -215,7 +226,7 @@ class PBFScheme(Scheme):
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
     def get_equations(self):
-        scene, terms = self.scene(), self.terms()
+        scene, (terms, _) = self.scene(), self.built_terms()
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
             limits["sweeps"] = (self.effects["density"].min_sweeps, MORE * self.effects["density"].max_sweeps)
@@ -261,7 +272,7 @@ class PBFScheme(Scheme):
 
     def setup_properties(self, particles, clean=True):
         """Give every array exactly the properties and constants that the effects ask for, and check the scene."""
-        arrays = {pa.name: pa for pa in particles}
+        self.given = arrays = {pa.name: pa for pa in particles}
         scene = self.scene()
         for name in [*self.fluids, *self.solids, *self.sites]:
             if name not in arrays:
@@ -354,7 +365,7 @@ class PBFScheme(Scheme):
     def describe(self):
         """Text: stages, groups, and which effect asked for each equation."""
         lines = [f"{type(self).__name__}: {', '.join(f'{slot}={effect!r}' for slot, effect in self.effects.items())}"]
-        terms = self.terms()
+        terms, why = self.built_terms()
         for stage in STAGES:
             if not any(term.place.startswith(f"{stage.name}.") for term in terms):
                 continue
@@ -369,4 +380,5 @@ class PBFScheme(Scheme):
                         lines.append(f"      {type(term.equation).__name__:<26} {term.equation.dest} <- {sources:<14} "
                                      f"for {term.owner}")
         lines.append("groups marked * repeat until converged")
+        lines.append(f"no lean sums: {why}" if why else "lean sums: equations named ...Lean (--no-lean: general ones)")
         return "\n".join(lines)
