@@ -49,17 +49,17 @@ class VentingFilm(Equation):
         s_idx = declare('long')
         if d_film[d_idx] == 1:
             for i in range(N_NBRS):
-                if d_film[d_idx] == 1:
-                    s_idx = NBRS[i]
-                    rx = s_x[s_idx] - d_x[d_idx]
-                    ry = s_y[s_idx] - d_y[d_idx]
-                    rz = s_z[s_idx] - d_z[d_idx]
-                    up = rx*self.ux + ry*self.uy + rz*self.uz
-                    r2 = rx*rx + ry*ry + rz*rz
-                    if up > self.lowest:
-                        if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
-                            if up > self.cosine*sqrt(r2):
-                                d_film[d_idx] = 0
+                s_idx = NBRS[N_NBRS - 1 - i]  # who lies above comes last in most lists, and one is enough
+                rx = s_x[s_idx] - d_x[d_idx]
+                ry = s_y[s_idx] - d_y[d_idx]
+                rz = s_z[s_idx] - d_z[d_idx]
+                up = rx*self.ux + ry*self.uy + rz*self.uz
+                r2 = rx*rx + ry*ry + rz*rz
+                if up > self.lowest:
+                    if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
+                        if up > self.cosine*sqrt(r2):
+                            d_film[d_idx] = 0
+                            break
 
 
 class VentingFree(Equation):
