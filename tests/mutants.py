@@ -50,6 +50,7 @@ burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
 expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
 helpers = mutants("helpers", "unit/test_phases.py", "unit/test_smoothing.py", "compiled/test_density_constraint.py")
+lean = mutants("lean", "compiled/test_lean.py")
 nucleation = mutants("nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_modes.py")
@@ -131,6 +132,17 @@ MUTANTS = (  # --quick takes the first of each module
     helpers("random direction: mean dropped", "return h * 4.656612873077393e-10 - 1.0",
             "return 0.0 * h"),
     helpers("Wendland's slope: factor", "t*(4.0*c4 + t*5.0*c5)", "t*(3.0*c4 + t*5.0*c5)"),
+    lean("density: m of the others' gradients dropped", "+= f * f * gg / d_m[d_idx]", "+= f * f * gg"),
+    lean("wall density: sign", "rho += M[i] *", "rho -= M[i] *"),
+    lean("correction: sign of the neighbour's multiplier", "L[i] = lmbda + s_lmbda[j]", "L[i] = lmbda - s_lmbda[j]"),
+    lean("correction: nothing set apart", "rt(dx*dx + dy*dy + dz*dz) * h1 < 1e-6",
+         "rt(dx*dx + dy*dy + dz*dz) * h1 < 0.0"),
+    lean("wall correction: sign", "f = d_lmbda[d_idx] * h1", "f = -d_lmbda[d_idx] * h1"),
+    lean("conduction: the first 128 neighbours only", "for b in range(0, N_NBRS, 128):", "for b in range(0, 1, 128):"),
+    lean("heater: not booked in full", "flow * d_m[d_idx] * d_heat_dt[0]", "0.5*flow * d_m[d_idx] * d_heat_dt[0]"),
+    lean("viscosity: sign of the neighbour's velocity", "V[i] = v - s_v[j]", "V[i] = v + s_v[j]"),
+    lean("friction: mass of the wall dropped", "f += s_m[j] * boiling_kernel", "f += boiling_kernel"),
+    lean("drag: liquid drags liquid", "                other = vapour\n", "                other = 1 - vapour\n"),
     nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
     nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
     nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),

@@ -28,7 +28,7 @@ class Both:
     def __init__(self, dim):
         spacing = N_FLUID ** (-1.0 / dim)
         points = random_cloud(N_FLUID + N_CROWD, dim, seed=1)
-        points[-N_CROWD:] = 0.5 + 0.5 * spacing * (points[-N_CROWD:] - 0.5) * (points[-N_CROWD:] != 0.0)
+        points[-N_CROWD:, :dim] = 0.5 + spacing * (points[-N_CROWD:, :dim] - 0.5)
         points[1:6:2] = points[0:5:2]  # pairs at one place
         fluid = fluid_array(points, spacing=spacing, dim=dim, rho0=RHO0)
         wall = fluid_array(random_cloud(N_WALL, dim, seed=2) - [0.5, 0.0, 0.0], spacing=spacing, dim=dim, rho0=RHO0,
