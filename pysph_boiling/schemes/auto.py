@@ -1,6 +1,7 @@
 """``effects="auto"``: which effects a scene calls for, from what is in it, and why.
 
-``RULES`` is the table: one row a slot, in an order in which a rule may ask what was chosen before it.
+Each effect carries its rule (``Effect.called_for``). Slots are asked in an order in which a rule may read what was
+chosen before it.
 """
 import math
 from dataclasses import dataclass
@@ -8,9 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pysph_boiling.schemes.effects import EFFECTS, BoxContainer
+from pysph_boiling.schemes.effects import EFFECTS, BoxContainer, Rule
 
 __all__ = ["Choice", "Facts", "choose", "facts_of", "report"]
+
+
+ASKED_FOR = Rule(None, "asked for", "only if asked for")
 
 
 @dataclass(frozen=True)
@@ -66,47 +70,22 @@ def facts_of(scheme, arrays, T, candidates):
         uniform=float(np.ptp(T)) < 1e-9, T_sat=material.T_sat, burst_at=max(burst.onset(scene)), candidates=candidates)
 
 
-def _heat(f, on):
-    if f.heated or {"loss", "source"} & set(f.candidates):
-        return "something heats or cools"
-    return "temperatures differ" if not f.uniform else "it starts above saturation" if f.hottest > f.T_sat else ""
+def needs(slot):
+    """Slots that must have been chosen before ``slot`` can be."""
+    first = EFFECTS[slot][0]
+    return {*first.requires, *(first.called_for.after if first.called_for else ())}
 
 
-# slot -> (what must have been chosen before, function of facts and choices -> holds, why if so, why if not)
-RULES = {
-    "density": ((), lambda f, on: f.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion"),
-    "container": (("density",), lambda f, on: f.walls, "a safety net behind the walls", "there are no walls"),
-    "viscosity": (("density",), lambda f, on: True, "motion needs damping at the scale of a particle", ""),
-    "heat": ((), _heat, "{}", "no heater, and uniform, not above saturation"),
-    "heater": (("heat",), lambda f, on: f.heated, "walls are heated", "no wall is heated"),
-    "loss": (("heat",), lambda f, on: "loss" in f.candidates, "asked for", "only if asked for"),
-    "source": (("heat",), lambda f, on: "source" in f.candidates, "asked for", "only if asked for"),
-    "phases": (("heat",), lambda f, on: f.hottest > f.T_sat, "something is above saturation",
-               "nothing can reach saturation"),
-    "nucleation": (("phases",), lambda f, on: f.sites, "there are sites", "there are no sites"),
-    "storage": (("phases", "nucleation"), lambda f, on: "storage" in f.candidates, "asked for", "only mode li_xiao"),
-    "burst": (("phases",), lambda f, on: f.hottest > f.T_sat + f.burst_at,
-              "liquid may superheat to the {f.burst_at:.0f} K at which a region fires",
-              "no superheat of {f.burst_at:.0f} K, at which a region fires"),
-    "bubbles": (("phases",), lambda f, on: True, "there can be vapour", ""),
-    "condensation": (("bubbles",), lambda f, on: f.coldest < f.T_sat, "something is below saturation",
-                     "nothing is below saturation"),
-    "pooling": (("bubbles",), lambda f, on: on["phases"].kinetic == "site" and on["phases"].vapour_as_site,
-                "bubbles grow by the heat of the liquid round them", "bubbles do not grow by vapour as a site"),
-    "buoyancy": (("bubbles", "density"), lambda f, on: f.g > 0.0, "bubbles rise", "no gravity"),
-    "tension": (("phases", "density"), lambda f, on: True, "bubbles hold together", ""),
-    "adhesion": (("nucleation", "density"), lambda f, on: True, "bubbles stick to their sites", ""),
-    "drag": (("phases", "density"), lambda f, on: True, "bubbles drag the liquid along", ""),
-    "convection": (("heat", "density"), lambda f, on: "phases" not in on and f.g > 0.0, "warm liquid rises",
-                   "bubbles stir more than warm liquid does"),
-    "expansion": (("burst", "density"), lambda f, on: True, "what bursts must swell", ""),
-    "oscillation": (("bubbles", "density"), lambda f, on: "oscillation" in f.candidates, "asked for",
-                    "only if asked for"),
-    "venting": (("bubbles", "density"), lambda f, on: f.g > 0.0, "bubbles reach the surface", "no gravity"),
-    "refill": (("venting", "container"), lambda f, on: on["venting"].mode == "remove", "what leaves is to come back",
-               "the lid returns what is vented"),
-    "mechanics": (("density",), lambda f, on: "mechanics" in f.candidates, "asked for", "only if asked for"),
-}
+def in_order(slots):
+    """``slots``, each after those that it needs. Raises ``ValueError`` where two of them need each other."""
+    pending, order = list(slots), []
+    while pending:
+        free = [slot for slot in pending if not needs(slot) & set(pending)]
+        if not free:
+            raise ValueError(f"effects need each other, or themselves: {', '.join(sorted(pending))}")
+        pending.remove(free[0])
+        order.append(free[0])
+    return order
 
 
 def choose(scheme, arrays, T=None, candidates=None, overrides=None):
@@ -118,12 +97,11 @@ def choose(scheme, arrays, T=None, candidates=None, overrides=None):
     overrides, candidates = overrides or {}, dict(candidates or {})
     candidates.update((slot, effect) for slot, effect in overrides.items() if effect is not None)
     facts, on, choices = facts_of(scheme, arrays, T, candidates), {}, []
-    for slot, (needs, holds, why, why_not) in RULES.items():
-        if slot not in scheme.slots:
-            continue
-        lacks = [needed for needed in needs if needed not in on]
-        wanted = not lacks and holds(facts, on)
-        reason = f"it needs {lacks[0]}" if lacks else (why if wanted else why_not).format(wanted, f=facts)
+    for slot in in_order(scheme.slots):
+        rule = EFFECTS[slot][0].called_for or ASKED_FOR
+        lacks = sorted(needs(slot) - set(on))
+        wanted = not lacks and (slot in candidates if rule is ASKED_FOR else rule.holds(facts, on))
+        reason = f"it needs {lacks[0]}" if lacks else (rule.why if wanted else rule.why_not).format(wanted, f=facts)
         if slot in overrides:
             wanted, reason = overrides[slot] is not None, "as asked"
         effect = None

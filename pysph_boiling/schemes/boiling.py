@@ -4,8 +4,7 @@ import numpy as np
 from pysph_boiling.materials import WATER_1ATM, Material
 from pysph_boiling.particles import add_properties
 from pysph_boiling.phases import Phase, enthalpy, temperature
-from pysph_boiling.schemes.effects import EFFECTS
-from pysph_boiling.schemes.pbf import PBFScheme
+from pysph_boiling.schemes.pbf import PBFScheme, Slots
 
 __all__ = ["BoilingScheme"]
 
@@ -26,7 +25,7 @@ class BoilingScheme(PBFScheme):
     a liquid one, and its rest volume unless there is the effect ``expansion``.
     """
 
-    slots = tuple(EFFECTS)
+    slots = Slots()
 
     def __init__(self, fluids, solids, *, dim, spacing, material=WATER_1ATM, sites=(), effects=None, T_start=None,
                  **slots):

@@ -36,6 +36,27 @@ MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays a
 SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
 
+class Slots:
+    """The slots of all effects that are known when it is read, but for ``without`` and those that require it."""
+
+    def __init__(self, without=None):
+        self.without = without
+
+    def __get__(self, scheme, owner):
+        return tuple(slot for slot in EFFECTS if self.without not in requirements(slot))
+
+
+def requirements(slot):
+    """``slot`` itself, and the slots of all that the first effect there requires, directly or through others."""
+    found, pending = set(), [slot]
+    while pending:
+        slot = pending.pop()
+        if slot not in found:
+            found.add(slot)
+            pending += EFFECTS[slot][0].requires if slot in EFFECTS else ()
+    return found
+
+
 class PBFScheme(Scheme):
     """Incompressible free-surface flow by Position Based Fluids (Macklin & Müller 2013).
 
@@ -58,7 +79,7 @@ class PBFScheme(Scheme):
     Limits: a fixed time step; mirror domains are not supported; no periodic domain on several MPI ranks.
     """
 
-    slots = ("density", "container", "viscosity", "mechanics")
+    slots = Slots(without="heat")
     material = None
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
@@ -138,6 +159,8 @@ class PBFScheme(Scheme):
         """The :class:`Scene` that effects see. Raises ``ValueError`` if an effect lacks one that it requires."""
         for slot, effect in self.effects.items():
             for needed in effect.requires:
+                if needed not in EFFECTS:
+                    raise unknown(f"effect, which '{slot}' requires, of the name", needed, EFFECTS)
                 if needed not in self.effects:
                     cls = EFFECTS[needed][0].__name__
                     raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",

@@ -3,12 +3,13 @@
 An effect states its parameters (with unit, bounds and meaning), the effects it needs, the properties, constants,
 energy flows and result columns it adds, and yields its equations as :class:`Term`. A scene that leaves an effect out
 has none of these. A class registers itself by its ``slot``; several classes may share a slot (two containers). Slots
-are in the order of the imports below: so stand their terms in a group, and so their tools act after a step.
+are in the order of the imports below: so stand their terms in a group, and so their tools act after a step. Effects of
+other packages (``example_plugin/``) come after them.
 """
 # ruff: noqa: I001 - the order of these imports is the order of the slots
 from pysph_boiling.schemes.effects.base import (
-    EFFECTS, Column, Effect, Flow, Moment, Scene, check_parameters, check_temperatures, cumulative, enthalpies, gather,
-    param, total,
+    EFFECTS, Column, Effect, Flow, Moment, Rule, Scene, check_parameters, check_temperatures, cumulative, enthalpies,
+    gather, param, total,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
@@ -24,11 +25,15 @@ from pysph_boiling.schemes.effects.oscillation import Oscillation
 from pysph_boiling.schemes.effects.venting import Venting
 from pysph_boiling.schemes.effects.refill import Refill
 from pysph_boiling.schemes.effects.mechanics import MechanicalLedger
+from pysph_boiling.schemes.effects.installed import load_installed
 
 __all__ = [
     "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
     "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Moment", "Oscillation",
-    "PhaseChange", "PresetNucleation", "Refill", "Scene", "SiteAdhesion", "SiteStorage", "Venting", "XSPHViscosity",
-    "check_parameters", "check_temperatures", "cumulative", "enthalpies", "gather", "heat_step_limit", "param", "total",
+    "PhaseChange", "PresetNucleation", "Refill", "Rule", "Scene", "SiteAdhesion", "SiteStorage", "Venting",
+    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "enthalpies", "gather", "heat_step_limit",
+    "param", "total",
 ]
+
+load_installed()

@@ -2,6 +2,7 @@
 import dataclasses
 import functools
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from numbers import Real
@@ -17,8 +18,8 @@ from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
-    "EFFECTS", "Column", "Effect", "Flow", "Moment", "Scene", "any_vapour", "check_parameters", "check_temperatures",
-    "constant", "cumulative", "enthalpies", "gather", "param", "shared", "total",
+    "EFFECTS", "Column", "Effect", "Flow", "Moment", "Rule", "Scene", "any_vapour", "check_parameters",
+    "check_temperatures", "constant", "cumulative", "enthalpies", "gather", "param", "shared", "total",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
@@ -108,6 +109,21 @@ class Column(NamedTuple):
     value: Callable
 
 
+class Rule(NamedTuple):
+    """When ``effects="auto"`` chooses an effect.
+
+    It does so where all that the effect requires and the slots in ``after`` have been chosen, and ``holds(facts,
+    chosen)`` is true (:class:`pysph_boiling.schemes.auto.Facts`; the effects chosen so far, by slot).
+
+    ``why`` and ``why_not`` are the reasons that are printed; in them ``{}`` is what ``holds`` gave, ``{f}`` the facts.
+    """
+
+    holds: Callable
+    why: str
+    why_not: str = ""
+    after: tuple[str, ...] = ()
+
+
 class Flow(NamedTuple):
     """Enthalpy that crosses the border of the domain [J]: the sum of a per-particle property, or a constant.
 
@@ -192,6 +208,7 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
+    called_for: ClassVar[Rule | None] = None  # None: only if asked for; the first class of a slot speaks for all of it
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
     given: ClassVar[tuple[str, ...]] = ()  # constants that hold parameters: a run that goes on has those asked for now
 
@@ -202,7 +219,12 @@ class Effect:
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
-        EFFECTS.setdefault(cls.slot, []).append(cls)
+        if not re.fullmatch("[a-z]+(_[a-z]+)*", cls.slot):
+            raise TypeError(f"effect {cls.__name__} needs a slot of its own: a name of small letters, such as "
+                            f"slot = \"swirl\", got {cls.slot!r}")
+        # not twice where a module is read again
+        others = [other for other in EFFECTS.get(cls.slot, ()) if _place(other) != _place(cls)]
+        EFFECTS[cls.slot] = [*others, cls]
 
     def __post_init__(self):
         check_parameters(self, self.slot)
@@ -268,6 +290,10 @@ class Effect:
     def tools(self, scheme) -> Iterator:
         """PySPH tools that act between steps, before the ledger looks."""
         return iter(())
+
+
+def _place(cls):
+    return cls.__module__, cls.__qualname__
 
 
 def constant(arrays, name):

@@ -9,7 +9,7 @@ from pysph_boiling.equations import dynamic_nucleation
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Effect, cumulative, param
+from pysph_boiling.schemes.effects.base import Effect, Rule, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["DynamicNucleation"]
@@ -33,6 +33,10 @@ class DynamicNucleation(Effect):
     slot: ClassVar[str] = "burst"
     title: ClassVar[str] = "dynamic nucleation"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: facts.hottest > facts.T_sat + facts.burst_at,
+        "liquid may superheat to the {f.burst_at:.0f} K at which a region fires",
+        "no superheat of {f.burst_at:.0f} K, at which a region fires")
     q_crit: float = param(None, "-", "heat above which a region fires, in units of m_p L; 10 if neither this nor "
                           "superheat_limit is given", low=0.0)
     superheat_limit: float = param(None, "K", "mean superheat above which a region fires; give this or q_crit", low=0.0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pysph_boiling.equations import condensation
 from pysph_boiling.particles import Property
-from pysph_boiling.schemes.effects.base import Effect, cumulative, param
+from pysph_boiling.schemes.effects.base import Effect, Rule, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Condensation", "choose", "draw"]
@@ -27,6 +27,9 @@ class Condensation(Effect):
     slot: ClassVar[str] = "condensation"
     title: ClassVar[str] = "condensation"
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: facts.coldest < facts.T_sat,
+        "something is below saturation", "nothing is below saturation")
     form: str = param("latent", "-", "heat that vapour lacks is latent and pooled per bubble, or cools it (paper)",
                       choices=("latent", "paper"))
     seed: int = param(0, "-", "seed of the choice of particles", low=0)

@@ -6,7 +6,7 @@ from pysph_boiling.device import counted, summed, values
 from pysph_boiling.equations import convection
 from pysph_boiling.particles import Property
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Effect, param
+from pysph_boiling.schemes.effects.base import Effect, Rule, param
 from pysph_boiling.schemes.integrator import set_constant
 from pysph_boiling.schemes.stages import Term
 
@@ -24,6 +24,9 @@ class Convection(Effect):
     slot: ClassVar[str] = "convection"
     title: ClassVar[str] = "convection of liquid"
     requires: ClassVar[tuple[str, ...]] = ("heat", "density")
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: "phases" not in chosen and facts.g > 0.0,
+        "warm liquid rises", "bubbles stir more than warm liquid does")
     form: str = param("boussinesq", "-", "form of the force", choices=("boussinesq", "gradient"))
     beta: float = param(None, "1/K", "form 'boussinesq': thermal expansion coefficient; the material's if not given",
                         low=0.0)

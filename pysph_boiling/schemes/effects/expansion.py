@@ -10,7 +10,7 @@ from pysph_boiling.device import Subset, summed, values
 from pysph_boiling.equations import expansion
 from pysph_boiling.particles import Property
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Rule, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Expansion"]
@@ -31,6 +31,7 @@ class Expansion(Effect):
     slot: ClassVar[str] = "expansion"
     title: ClassVar[str] = "expansion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
+    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "what bursts must swell", after=("burst",))
     v_exp: float = param(2.0, "-", "rest volume of vapour in units of the liquid's (water at 1 atm: 1600); in 2-D "
                          "below 3.166 at the default kernel and smoothing length", low=1.0, high=4.0)
     ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|); a bubble that "

@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import heat
 from pysph_boiling.particles import Property, check_heaters
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, gather, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
@@ -22,12 +22,22 @@ def heat_step_limit(rho0, c, k, h):
     return 0.1 * rho0 * c * h * h / k
 
 
+def heat_called_for(facts, chosen):
+    """Why a scene needs heat, or an empty string."""
+    if facts.heated or {"loss", "source"} & set(facts.candidates):
+        return "something heats or cools"
+    if not facts.uniform:
+        return "temperatures differ"
+    return "it starts above saturation" if facts.hottest > facts.T_sat else ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class HeatConduction(Effect):
     """Conduction between particles; the state is the specific enthalpy."""
 
     slot: ClassVar[str] = "heat"
     title: ClassVar[str] = "heat conduction"
+    called_for: ClassVar[Rule] = Rule(heat_called_for, "{}", "no heater, and uniform, not above saturation")
     laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
     acceleration: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
     enhancement: float = param(1.0, "-", "E: conductivity alone, for the convection that is not resolved", above=0.0)
@@ -109,6 +119,7 @@ class Heater(Effect):
     slot: ClassVar[str] = "heater"
     title: ClassVar[str] = "heater"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
+    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.heated, "walls are heated", "no wall is heated")
     given: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
     temperature: float = param(None, "K", "temperature of the heater, but for wall particles with one of their own; "
                                "give this or flux", above=0.0, may_change=True, temperature=True)

@@ -8,7 +8,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
 from pysph_boiling.particles import Property, fill, lattice_density
-from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
 
@@ -37,6 +37,8 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: facts.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion")
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1, may_change=True)
     max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1, may_change=True)
     tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end before their maximum",
@@ -231,6 +233,8 @@ class BoxContainer(Effect):
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: facts.walls, "a safety net behind the walls", "there are no walls")
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
     upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
     margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
@@ -333,6 +337,7 @@ class XSPHViscosity(Effect):
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "motion needs damping at the scale of a particle")
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
                         "0.7 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
     wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0, may_change=True)

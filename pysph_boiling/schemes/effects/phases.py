@@ -13,7 +13,7 @@ from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase, at_saturation
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, enthalpies, gather, param, shared
+from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, enthalpies, gather, param, shared
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PhaseChange", "PresetNucleation"]
@@ -26,6 +26,9 @@ class PhaseChange(Effect):
     slot: ClassVar[str] = "phases"
     title: ClassVar[str] = "phase change"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: facts.hottest > facts.T_sat,
+        "something is above saturation", "nothing can reach saturation")
     interrupt: str = param("hold", "-", "stored latent heat when a site is lost: held, or converted (paper)",
                            choices=("hold", "convert"))
     kinetic: str = param("site", "-", "what liquid at saturation needs to enter the transition: a site near it, or "
@@ -121,6 +124,7 @@ class PresetNucleation(Effect):
     slot: ClassVar[str] = "nucleation"
     title: ClassVar[str] = "preset nucleation sites"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
+    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.sites, "there are sites", "there are no sites")
     radius: float = param(1.6, "-", "radius of a site, in spacings", above=0.0)
     attraction: float = param(0.5, "-", "pull of a site on liquid, in units of gravity", low=0.0)
     attraction_radius: float = param(2.4, "-", "reach of the pull, in spacings; beyond the kernel support it slows the "

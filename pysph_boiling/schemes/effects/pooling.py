@@ -8,7 +8,7 @@ from pysph_boiling.device import Subset, values
 from pysph_boiling.equations import pooling
 from pysph_boiling.particles import NO_BUBBLE, Property, fill
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Effect
+from pysph_boiling.schemes.effects.base import Effect, Rule
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour, nearest_image
 
@@ -29,6 +29,9 @@ class LatentPooling(Effect):
     slot: ClassVar[str] = "pooling"
     title: ClassVar[str] = "pooled latent heat"
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: chosen["phases"].kinetic == "site" and chosen["phases"].vapour_as_site,
+        "bubbles grow by the heat of the liquid round them", "bubbles do not grow by vapour as a site")
 
     def properties(self, scene):
         return (

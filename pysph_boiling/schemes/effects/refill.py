@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase, enthalpy
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, gather, param
 from pysph_boiling.schemes.vapour import nearest_image
 
 __all__ = ["Refill", "RefillTool"]
@@ -22,6 +22,9 @@ class Refill(Effect):
     slot: ClassVar[str] = "refill"
     title: ClassVar[str] = "refill"
     requires: ClassVar[tuple[str, ...]] = ("density", "container", "heat")
+    called_for: ClassVar[Rule] = Rule(
+        lambda facts, chosen: chosen["venting"].mode == "remove",
+        "what leaves is to come back", "the lid returns what is vented", after=("venting",))
     rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); what was vented, evened out, if not given", low=0.0,
                         may_change=True)
     T_feed: float = param(None, "K", "temperature of the liquid that flows in; saturation if not given", above=0.0,

@@ -10,7 +10,7 @@ from pysph_boiling.equations import venting
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
 from pysph_boiling.schemes import ranks
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, constant, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Venting", "VentingTool"]
@@ -23,6 +23,7 @@ class Venting(Effect):
     slot: ClassVar[str] = "venting"
     title: ClassVar[str] = "venting"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
+    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles reach the surface", "no gravity")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
     share: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are free",
