@@ -4,9 +4,9 @@
 
 The same example is set up three times: with PySPH's default search, which looks for neighbours at each sum; with its
 lists (``--cache-nnps``); and with ours, which its ``create_nnps`` returns. Each takes the same number of steps in turn,
-several rounds long, in one process with all threads. Told are the least and the median time of a step, that of a search
-alone (sorting, and the lists of every pair of arrays that the equations sum over), and how far particles lie apart in
-the end: searches find the same neighbours in another order, so that sums differ by round-off.
+several rounds long, in one process with all threads. Told are the least and the median time of a step, the least of a
+search alone (sorting, and the lists of every pair of arrays that the equations sum over), and how far particles lie
+apart in the end: searches find the same neighbours in another order, so that sums differ by round-off.
 """
 import argparse
 import importlib
@@ -28,7 +28,7 @@ from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.search import search_for
 
 EXAMPLES = {2: ("dam_break_2d", "DamBreak2D", 0.03), 3: ("dam_break_3d", "DamBreak3D", 0.04)}
-WAYS = {"PySPH, its default": [], "PySPH, lists (--cache-nnps)": ["--cache-nnps"], "ours": []}
+WAYS = {"PySPH's default": [], "PySPH's lists": ["--cache-nnps"], "ours": []}
 
 
 class Way:
@@ -87,10 +87,9 @@ def main():
                 way.step(options.steps)
                 way.search()
     ours = ways["ours"]
-    table = Table(title=f"{EXAMPLES[options.dim][0]}: {sum(map(pa_size, ours.application.particles))} particles, "
-                        f"{ours.solver.count} steps")
-    for column in ("search", "step, least [ms]", "median [ms]", "ours is faster by", "search alone [ms]",
-                   "apart in the end [dx]"):
+    particles = sum(pa.get_number_of_particles() for pa in ours.application.particles)
+    table = Table(title=f"{EXAMPLES[options.dim][0]}: {particles} particles, {ours.solver.count} steps")
+    for column in ("search", "step [ms]", "median", "times ours", "search [ms]", "apart [dx]"):
         table.add_column(column, justify="left" if column == "search" else "right")
     rows = {}
     for name, way in ways.items():
@@ -105,10 +104,6 @@ def main():
     console.print(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
     if options.json:
         write_json(options.json, rows)
-
-
-def pa_size(pa):
-    return pa.get_number_of_particles()
 
 
 if __name__ == "__main__":

@@ -137,6 +137,10 @@ cdef class SortedCellNNPS(NNPS):
         self.lanes = use and cells_init()
         self.update()
 
+    def busy_threads(self):
+        """How many threads have written lists since the search was made."""
+        return sum(self.workers[i].slabs > 0 for i in range(self.threads))
+
     # --- sorting ------------------------------------------------------------------------------------------------------
 
     cpdef update(self):

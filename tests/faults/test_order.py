@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.files import output_files, read_output
+from pysph_boiling.examples.heated_slab import HeatedSlab
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.problems import drift
 from pysph_boiling.schemes.solver import StagedSolver
 
 POOL = ["--flat", "--width", "24", "--fill", "16", "--sites", "5", "--subcooling", "0.1", "--duration", "0.3",
@@ -59,3 +61,40 @@ def test_events_labels_and_ledger_are_the_same(how, mode, tmp_path, monkeypatch)
     for name, values in table.items():
         size = 1.0 if name.endswith("residual") else np.max(np.abs(values))
         np.testing.assert_allclose(ledger[name], values, rtol=1e-9, atol=1e-9 * size, err_msg=name)
+
+
+def test_a_periodic_box_is_sorted_with_its_ghosts(monkeypatch):
+    """Particles cross the borders meanwhile; ghosts stay behind the others, and follow their originals."""
+    made = []
+
+    def stepper(*arguments, **options):
+        made.append(drift_stepper(*arguments, ordered=bool(made), **options))
+        return made[-1]
+
+    drift_stepper = drift.Stepper
+    monkeypatch.setattr(drift, "Stepper", stepper)
+    for _ in range(2):
+        drift.PeriodicBox(steps=45).run()
+    plain, other = (one.arrays["fluid"] for one in made)
+    rows = np.argsort(plain.uid), np.argsort(other.uid)
+    assert not np.array_equal(*rows) and np.all(other.get("tag", only_real_particles=True) == 0)
+    assert other.get_number_of_particles() > other.get_number_of_particles(True)
+    for name in ("x", "y", "u", "v", "rho"):
+        ours, theirs = other.get(name)[rows[1]], plain.get(name)[rows[0]]
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_a_periodic_slab_at_rest_is_sorted_too(tmp_path, monkeypatch):
+    found = []
+    for how in (True, False):
+        with monkeypatch.context() as patch:
+            if not how:
+                patch.setattr(StagedSolver, "reorder_particles", lambda solver: None)
+            application = HeatedSlab()
+            application.check_final = lambda: None
+            application.run(["--max-steps", "40", "--reorder-freq", "3", "--openmp", "--no-pictures", "-d",
+                             str(tmp_path)])
+            found.append(application.scheme.arrays[0])
+    rows = [np.argsort(pa.uid) for pa in found]
+    assert not np.array_equal(*rows) and np.ptp(found[0].T) > 1.0
+    np.testing.assert_allclose(found[0].T[rows[0]], found[1].T[rows[1]], rtol=1e-12)

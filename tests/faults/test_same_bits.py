@@ -66,7 +66,7 @@ def test_dam_break_in_parts(name, tmp_path):
     kept = "--density.skin" in options or "reference" in options
     assert (searches < whole.solver.count) == kept, f"{searches} searches"
     moved = not np.array_equal(fluid.uid, np.arange(len(fluid.uid)))
-    assert moved == ("--nnps" not in options)
+    assert moved == ("--nnps" not in options) == (type(whole.nnps).__name__ == "SortedCellNNPS")
 
 
 def test_boiling_in_parts_with_lists_kept_and_particles_sorted(tmp_path):

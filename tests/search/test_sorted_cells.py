@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 import pytest
+from compyle.config import get_config
 from cyarray.carray import LongArray, UIntArray
 from pysph.base.nnps import DomainManager, LinkedListNNPS, get_number_of_threads
 from pysph.base.nnps_base import set_number_of_threads
@@ -15,7 +16,9 @@ THREADS = (1, 2, 3)
 
 
 @pytest.fixture(autouse=True)
-def threads_as_before():
+def threads_as_before(monkeypatch):
+    """The search is compiled with OpenMP; a test may change the number of threads."""
+    monkeypatch.setattr(get_config(), "use_openmp", True)
     before = get_number_of_threads()
     yield
     set_number_of_threads(before)
@@ -175,7 +178,7 @@ def test_any_unit(unit):
 def test_particles_that_flew_away(away):
     """Cells stay as many as the particles call for, and those that are left are found where they are."""
     rng = np.random.default_rng(6)
-    points = np.concatenate([rng.random((1000, 3)), [away], np.array(away) + 0.2 * rng.random((8, 3))])
+    points = np.concatenate([rng.random((1000, 3)), [away], np.array(away) + 0.3 * rng.random((15, 3))])
     arrays = [array(points, 0.05)]
     with np.errstate(over="ignore"):
         check(arrays, 3, expected=brute(arrays, 2.0))
@@ -226,6 +229,20 @@ def test_mirrored_domain():
     arrays = [array(np.random.default_rng(1).random((300, 2)), 0.04)]
     check(arrays, 2, domain=lambda: DomainManager(xmin=0.0, xmax=1.0, mirror_in_x=True))
     assert arrays[0].get_number_of_particles() > 300
+
+
+def test_as_many_threads_as_are_asked_for_take_part():
+    """Each thread has lists of its own, so that their memory tells."""
+    points = np.random.default_rng(19).random((20000, 3))
+    for threads in THREADS:
+        set_number_of_threads(threads)
+        nnps = sorted_cell_nnps()(3, [array(points, 0.03)])
+        for _ in range(200):  # on a busy machine one may come too late
+            nnps.update()
+            nnps.set_context(0, 0)
+            if nnps.busy_threads() == threads:
+                break
+        assert nnps.busy_threads() == threads
 
 
 def test_ghosts_follow_their_originals():
