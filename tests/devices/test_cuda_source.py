@@ -66,7 +66,7 @@ def sources(effects, config, double):
     walls = fluid_array(np.zeros((1, 3)), name="wall", **size)
     walls.add_property("heated", type="int", data=np.ones(1, int))
     arrays = [fluid_array(0.01 * np.eye(3), **size), walls, site_array(np.zeros((1, 3)), reach=0.1, spacing=0.01)]
-    scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=0.01, sites=["sites"], **effects)
+    scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=0.01, sites=["sites"], lean=False, **effects)
     scheme.setup_properties(arrays)
     scheme.configure_solver(dt=1e-3)
     equations = scheme.get_equations()
