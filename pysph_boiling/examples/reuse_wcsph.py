@@ -26,6 +26,7 @@ from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import add_properties, host
 from pysph_boiling.schemes import effects
 from pysph_boiling.schemes.integrator import HeatClock
+from pysph_boiling.search import search_for
 
 LENGTH, N = 0.02, 40  # the box along x [m], and particles along it
 SPACING = LENGTH / N
@@ -82,6 +83,10 @@ class ReuseWCSPH(Application):
         limit = effects.heat_step_limit(WATER.rho_l, WATER.c_l, WATER.k_l, self.hdx * SPACING)
         dt = min(self.scheme.get_timestep(), limit)
         self.scheme.configure_solver(dt=dt, tf=DURATION, pfreq=10**6)  # outputs: the first and the last step
+
+    def create_nnps(self):
+        """Our neighbour search, if ``--nnps`` asks for it. ``None``: PySPH makes one."""
+        return search_for(self) if self.options.nnps == inherited.SEARCHES[0] else None
 
     def create_domain(self):
         return DomainManager(xmin=0.0, xmax=LENGTH, ymin=0.0, ymax=HEIGHT, periodic_in_x=True, periodic_in_y=True)
