@@ -12,7 +12,8 @@ def test_vapour_condenses_once_the_heater_is_off(tmp_path):
     table = app.ledger.table()
     off = table["t"] > 0.3 + app.solver.dt
     assert 50 < np.count_nonzero(off) < len(off) - 20
-    assert np.all(np.diff(table["energy_heater"][off]) == 0.0) and table["energy_heater"][-1] > 0.0
+    given = table["energy_heater"]
+    assert np.ptp(given[off]) <= 1e-14 * given[-1] and given[-1] > 0.0  # sums over particles that change their order
     assert np.all(np.diff(table["energy_loss"]) > 0.0)
     assert table["n_vapour"][~off].max() >= 10 and table["n_vapour"][-1] == 0
     assert table["n_condensed"][-1] > table["n_condensed"][~off][-1]

@@ -88,7 +88,7 @@ def test_ledger_closes_at_every_step(small_run):
 
 def test_states_add_up(small_run):
     results = small_run.ledger.table()
-    states = ("liquid", "transition", "superheated", "vapour")
+    states = ("liquid", "transition", "superheated", "vapour", "held")
     particles = small_run.scheme.arrays[0].get_number_of_particles()
     assert np.all(sum(results[f"n_{state}"] for state in states) == particles)
     np.testing.assert_allclose(sum(results[f"energy_{state}"] for state in states), results["energy"], rtol=1e-12)
