@@ -1,5 +1,4 @@
 """Compiled modules: cut off, empty, foreign, made by two at once, locked by the dead, or with no place to be."""
-import logging
 import multiprocessing
 import os
 import signal
@@ -114,7 +113,6 @@ def test_lock_of_a_process_that_was_killed_is_free(tmp_path, told, compiled):
 
 def test_home_that_cannot_be_written_to_is_one_message_at_once(tmp_path, monkeypatch, capsys):
     """Before a compiler is started, and without the modules that are there already."""
-    monkeypatch.setattr(logging, "raiseExceptions", False)  # PySPH's handlers of earlier runs in this process
     monkeypatch.setattr(multiprocessing.get_context("fork"), "Process", lambda **_: pytest.fail("compiled"))
     (tmp_path / "file").touch()
     monkeypatch.setenv("HOME", str(tmp_path / "file" / "home"))

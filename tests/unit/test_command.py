@@ -1,7 +1,6 @@
 """What the command line says: whole sentences, plain words, and one line where a run is interrupted."""
 import importlib
 import inspect
-import logging
 
 import pytest
 
@@ -45,7 +44,6 @@ def test_ctrl_c_is_one_line_and_a_status(tmp_path, monkeypatch, capsys, where, c
         raise error
 
     monkeypatch.setattr(where, interrupt)
-    monkeypatch.setattr(logging, "raiseExceptions", False)  # PySPH's handlers, of streams that are closed
     monkeypatch.chdir(tmp_path)
     assert cli.main(command.split()) == 130 and capsys.readouterr().err == said
 
