@@ -79,11 +79,11 @@ def test_final_check_fails_on(app, prop, change, message):
     app.check_final()
 
 
-# --- the snippet of the README, in PySPH's dam break with its wall ----------------------------------------------------
+# --- the snippet of docs/python.md, in PySPH's dam break with its wall ---------------------------------------------
 
 def snippet():
-    """The README's code for another scheme, in its parts: imports, create_particles, create_equations, create_tools."""
-    text = (Path(__file__).parents[2] / "README.md").read_text()
+    """The code of docs/python.md for another scheme: imports, create_particles, create_equations, create_tools."""
+    text = (Path(__file__).parents[2] / "docs" / "python.md").read_text()
     section = text[text.index("## One equation in another scheme"):]
     parts = re.search("```python\n(.*?)```", section, re.S)[1].split("\n\n")
     assert len(parts) == 4
@@ -91,7 +91,7 @@ def snippet():
 
 
 class GuestInDamBreak(DamBreak2D):
-    """PySPH's dam break with the README's lines where the README says that they go."""
+    """PySPH's dam break with the lines of docs/python.md where it says that they go."""
 
     def lines(self, number, **names):
         parts = snippet()
