@@ -24,7 +24,7 @@ setup(
     keywords="boiling, bubbles, phase change, particles, SPH, PBF, PySPH",
     packages=find_packages(include=["pysph_boiling*"]),
     python_requires=">=3.10",
-    package_data={"pysph_boiling.accuracy": ["*.json"], "pysph_boiling.stress": ["*.json"],
+    package_data={"pysph_boiling.evaluation.accuracy": ["*.json"], "pysph_boiling.evaluation.stress": ["*.json"],
                   "pysph_boiling.search": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={

@@ -27,8 +27,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pysph_boiling import markdown
 from pysph_boiling.phases import Phase
+from pysph_boiling.report import markdown
 from pysph_boiling.threads import variables
 
 ROOT, WORKER = Path(__file__).resolve().parents[1], Path(__file__).with_name("boil_worker.py")

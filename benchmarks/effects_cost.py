@@ -30,11 +30,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from pysph_boiling.analysis.ledger import write_json
 from pysph_boiling.device import neighbour_search
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,

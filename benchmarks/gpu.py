@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pysph_boiling import markdown
+from pysph_boiling.report import markdown
 
 ROOT = Path(__file__).parents[1]
 SIZES = {"20k": ("28", "26"), "200k": ("60", "56"), "2M": ("130", "120")}  # width and fill in spacings, in 3-D

@@ -20,8 +20,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from pysph_boiling import markdown
-from pysph_boiling.problems.growth import Growth
+from pysph_boiling.evaluation.problems.growth import Growth
+from pysph_boiling.report import markdown
 
 
 def measured(case):

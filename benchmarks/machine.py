@@ -6,7 +6,7 @@ __all__ = ["load", "processors"]
 
 def processors():
     """How many cores of which processor."""
-    from pysph_boiling.examples.application import processor  # a benchmark of memory wants no imports
+    from pysph_boiling.runs.application import processor  # a benchmark of memory wants no imports
 
     return f"{os.cpu_count()} cores ({processor() or 'unknown'})"
 

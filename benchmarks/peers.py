@@ -25,7 +25,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pysph_boiling import markdown
+from pysph_boiling.report import markdown
 from pysph_boiling.threads import variables
 
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"

@@ -24,7 +24,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pysph_boiling.analysis.ledger import write_json
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.search import search_for
 
 EXAMPLES = {2: ("dam_break_2d", "DamBreak2D", 0.03), 3: ("dam_break_3d", "DamBreak3D", 0.04)}

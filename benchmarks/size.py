@@ -51,7 +51,7 @@ def measure(side, order, seconds, clock):
     from compyle.config import get_config
 
     from pysph_boiling.particles import box_vessel, fluid_block
-    from pysph_boiling.problems.stepper import Stepper
+    from pysph_boiling.runs.stepper import Stepper
     from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
     from pysph_boiling.schemes.pbf import PBFScheme
 

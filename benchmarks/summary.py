@@ -22,7 +22,7 @@ import peers
 from rich.console import Console
 from rich.table import Table
 
-from pysph_boiling import markdown
+from pysph_boiling.report import markdown
 
 HEAD = ("benchmark", "what", "found")
 

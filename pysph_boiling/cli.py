@@ -2,7 +2,6 @@
 import argparse
 import importlib
 import os
-import pkgutil
 import sys
 import time
 import traceback
@@ -10,28 +9,11 @@ import warnings
 from functools import partial
 
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.names import as_typed, nearest, unknown
+from pysph_boiling.examples import scene_class, scenes
+from pysph_boiling.names import as_typed, nearest
 from pysph_boiling.threads import wait_briefly
 
-__all__ = ["main", "scene_class", "scenes"]
-
-
-def scenes():
-    """Names of the scenes that can be run, sorted: modules of ``pysph_boiling.examples`` that define one."""
-    from pysph_boiling import examples
-
-    return sorted(info.name for info in pkgutil.iter_modules(examples.__path__) if info.name != "application")
-
-
-def scene_class(name):
-    """The application class of a scene. Raises ``ValueError`` with the known names."""
-    if name not in scenes():
-        raise unknown("scene", name, scenes())
-    module = importlib.import_module(f"pysph_boiling.examples.{name}")
-    from pysph.solver.application import Application
-
-    return next(value for value in vars(module).values() if isinstance(value, type)
-                and issubclass(value, Application) and value.__module__ == module.__name__)
+__all__ = ["main"]
 
 
 def openmp_arguments(arguments, ranks=1):
@@ -61,8 +43,8 @@ def render(arguments):
     """Draw the pictures of a finished run again, make a movie of them, or write files for ParaView."""
     from rich.progress import track
 
-    from pysph_boiling.analysis.files import Manifest
     from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
+    from pysph_boiling.files import Manifest
 
     parser = argparse.ArgumentParser(prog="pysph-boiling render")
     parser.add_argument("directory", help="output folder of a run")
@@ -103,7 +85,7 @@ def run(arguments):
     if not arguments or arguments[0].startswith("-"):
         raise ValueError(f"which scene? One of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
-    from pysph_boiling.examples.application import SceneApplication
+    from pysph_boiling.runs.application import SceneApplication
     from pysph_boiling.schemes.cache import checked
 
     app = scene_class(name)()
@@ -117,28 +99,28 @@ def run(arguments):
 
 def reproduce(arguments):
     """Reproduce figures and tables of the paper."""
-    from pysph_boiling.reproduce.command import reproduce as command
+    from pysph_boiling.evaluation.reproduce.command import reproduce as command
 
     command(arguments)
 
 
 def accuracy(arguments):
     """What accuracy costs in time."""
-    from pysph_boiling.accuracy.command import accuracy as command
+    from pysph_boiling.evaluation.accuracy.command import accuracy as command
 
     command(arguments)
 
 
 def validate(arguments):
     """Compare the model with formulas, experiments and its own stored statistics."""
-    from pysph_boiling.validation import validate as command
+    from pysph_boiling.evaluation.validate import validate as command
 
     command(arguments)
 
 
 def stress(arguments):
     """Run hard cases and judge whether they stay stable."""
-    from pysph_boiling.stress.command import stress as command
+    from pysph_boiling.evaluation.stress.command import stress as command
 
     command(arguments)
 
@@ -178,7 +160,7 @@ def main(argv=None):
     try:
         commands[command](rest)
     except KeyboardInterrupt as error:
-        from pysph_boiling.schemes import ranks
+        from pysph_boiling.parallel import ranks
 
         if ranks.rank() == 0:
             print(f"pysph-boiling: {error if error.args else 'interrupted'}", file=sys.stderr, flush=True)
@@ -193,7 +175,7 @@ def report(error):
 
     On several ranks the others may know nothing of it, and would wait for this one for ever: all are ended.
     """
-    from pysph_boiling.schemes import ranks
+    from pysph_boiling.parallel import ranks
 
     message, status = explain(error)
     if message is None and ranks.size() == 1:

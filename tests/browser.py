@@ -8,7 +8,7 @@ from html import unescape
 
 import pytest
 
-from pysph_boiling.reproduce.page import POLICY
+from pysph_boiling.report.page import POLICY
 
 FLAGS = ("--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
          "--disable-component-update --disable-sync --enable-logging=stderr --log-level=0 --mute-audio").split()

@@ -15,7 +15,7 @@ from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import Mirrored, detached, neighbour_search
-from pysph_boiling.problems import stepper
+from pysph_boiling.runs import stepper
 from pysph_boiling.schemes.solver import vectorised
 
 __all__ = [

@@ -7,7 +7,7 @@ from cyarray.carray import UIntArray
 from job import arguments
 
 from pysph_boiling.particles import fluid_array, wall_array
-from pysph_boiling.problems.stepper import Stepper
+from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.schemes.pbf import PBFScheme
 

@@ -9,7 +9,7 @@ from pysph_boiling_swirl import Swirl
 
 from pysph_boiling import lint
 from pysph_boiling.particles import fluid_block
-from pysph_boiling.problems.stepper import Stepper
+from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.auto import choose
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS, DensityConstraint

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pysph_boiling.analysis.rendering import needed
+from pysph_boiling.analysis.drawing import needed
 
 __all__ = ["check_movie", "write_movie"]
 

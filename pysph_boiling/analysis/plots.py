@@ -3,7 +3,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from pysph_boiling.analysis.rendering import INK, PHASE_COLOURS, STATE_COLOURS
+from pysph_boiling.analysis.drawing import INK, PHASE_COLOURS, STATE_COLOURS
 from pysph_boiling.phases import Phase
 
 __all__ = ["PANELS", "plot_history"]

@@ -2,33 +2,37 @@
 
 matplotlib is imported where it draws.
 """
-import importlib
 import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from pysph_boiling.analysis.files import Manifest, output_files, read_output
+from pysph_boiling.analysis.drawing import (
+    BUBBLE_COLOURS,
+    HEATER,
+    INK,
+    PHASE_COLOURS,
+    STATE_COLOURS,
+    bubble_colours,
+    by_role,
+    have_all,
+    inner_bounds,
+    is_vapour,
+    joined,
+    needed,
+    plan_outline,
+    positions,
+    to_rgb,
+    view_bounds,
+    wall_colours,
+)
+from pysph_boiling.files import Manifest, output_files, read_output
 from pysph_boiling.phases import Phase, at_saturation
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
            "load_output", "needed", "render_run", "write_paraview"]
 
-# Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
-# Liquid that is held at T_sat is neither warm nor cold: a pale green, which they see as a pale grey.
-PHASE_COLOURS = {
-    Phase.LIQUID: "#3B7EBF",
-    Phase.TRANSITION: "#F6BD27",
-    Phase.SUPERHEATED: "#EE8B3A",
-    Phase.VAPOUR: "#C1121F",
-}
-# What is counted and drawn, by the names of the columns n_<state>; the superheated are those above T_sat.
-STATE_COLOURS = {**{phase.name.lower(): colour for phase, colour in PHASE_COLOURS.items()}, "held": "#9CC9A3"}
-BUBBLE_COLOURS = (
-    "#CC3311", "#EE8800", "#D4B000", "#6B7A00", "#117733", "#0099A8", "#6A4C93", "#AA3377", "#E377A2", "#884411",
-)
-UNLABELLED, WALL, HEATER, INK = "#9AA0A6", "#C6CAD0", "#5A4A46", "#333A44"
 PALE = 0.55  # how far the liquid goes to white where bubbles have the colours
 
 # colour -> label of the colour bar, offset, colour map, quantiles between which it runs
@@ -84,14 +88,14 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
         raise ValueError(f"dim must be 2 or 3, got {dim}")
     if not spacing > 0.0:
         raise ValueError(f"spacing must be > 0 m, got {spacing} m")
-    scene = _sort_arrays(arrays)
+    scene = by_role(arrays)
     view = view if dim == 3 else "2d"
     colour = _pick_colour(scene.fluid, colour, view)
-    bounds = _bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
+    bounds = view_bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
     if limits is None and colour in SCALES:
         limits = _limits(scene.fluid, colour)
     if view == "3d":
-        bounds = _inside(scene.walls, bounds, spacing)
+        bounds = inner_bounds(scene.walls, bounds, spacing)
     camera = _perspective(bounds) if view == "3d" else _parallel("z" if dim == 2 else slice_axis, bounds)
 
     unit, scale = ("m", 1.0) if np.ptp(bounds, axis=0).max() >= 1.0 else ("mm", 1e3)
@@ -128,10 +132,10 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     files = _output_files(output_dir, every)
     record = Path(output_dir) / "run.json"
     run = json.loads(record.read_text()) if record.exists() else {}
-    samples = [_sort_arrays(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
+    samples = [by_role(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
     dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
     spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
-    extents = np.array([_bounds(scene, spacing, dim) for scene in samples])
+    extents = np.array([view_bounds(scene, spacing, dim) for scene in samples])
     options = dict(dim=dim, spacing=spacing, title=str(run.get("scene", "")).replace("_", " "),
                    bounds=np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)]))
     if view == "surface":
@@ -142,7 +146,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     else:
         view = view or "slice"
         colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
-        wet = [scene for scene in samples if len(_points(scene.fluid))]
+        wet = [scene for scene in samples if len(positions(scene.fluid))]
         ends = np.array([_limits(scene.fluid, colour) for scene in wet]) if colour in SCALES and wet else None
         draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
                                      "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
@@ -182,7 +186,7 @@ def write_paraview(output_dir, *, every=1, out=None, track=iter):
         arrays, t = load_output(file)
         scene = Path(file).stem.rsplit("_", 1)[0]
         for name, pa in arrays.items():
-            vectors = {"velocity": ["u", "v", "w"]} if _has([pa], "u", "v", "w") else {}
+            vectors = {"velocity": ["u", "v", "w"]} if have_all([pa], "u", "v", "w") else {}
             claimed(f"{scene}_{name}_{number:05d}.vtu")
             dump_vtk(str(folder / f"{scene}_{number:05d}"), [pa], **vectors)
             entries.setdefault(name, []).append(
@@ -224,25 +228,10 @@ def _averaged(picture, shrink):
     return picture[:h * shrink, :w * shrink].reshape(h, shrink, w, shrink, 3).mean(axis=(1, 3))
 
 
-def bubble_colours(labels):
-    """Colours (n, 3) of bubbles by label, shape (n,): a hash of the label, so a bubble keeps its colour over time."""
-    from pysph_boiling.particles import NO_BUBBLE
-
-    labels = np.asarray(labels).astype(np.uint64)
-    hashed = (labels * np.uint64(2654435761)) % np.uint64(2**32) >> np.uint64(16)
-    rgb = _rgb(BUBBLE_COLOURS)[(hashed % np.uint64(len(BUBBLE_COLOURS))).astype(int)]
-    rgb[labels == NO_BUBBLE] = _rgb(UNLABELLED)
-    return rgb
 
 
 # What is in the scene
 
-def needed(name):
-    """The module ``name`` of the extra "view"; ``ModuleNotFoundError`` says how to install it."""
-    try:
-        return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[view]"', name=name) from error
 
 
 def _drawn_into(output_dir, out, name):
@@ -273,35 +262,12 @@ def load_output(file):
     return arrays, float(solver_data["t"])
 
 
-def _sort_arrays(arrays):
-    """The arrays by role: lists ``fluid``, ``walls``, ``sites``. A fluid array may be empty: a vessel that is dry."""
-    scene = SimpleNamespace(fluid=[], walls=[], sites=[])
-    for name, pa in arrays.items():
-        if "site" in name.lower():
-            scene.sites.append(pa)
-        elif "heated" in pa.properties or any(word in name.lower() for word in ("wall", "solid", "bound", "vessel")):
-            scene.walls.append(pa)
-        else:
-            scene.fluid.append(pa)
-    if not scene.fluid:
-        raise ValueError(f"no fluid array to draw among the arrays {sorted(arrays)}")
-    for role in (scene.walls, scene.sites):
-        role[:] = [pa for pa in role if len(pa.x)]
-    return scene
 
 
-def _gather(group, *names):
-    """Property columns of several arrays, joined, shape (n,) for one name and (n, len(names)) for more."""
-    columns = [np.concatenate([np.asarray(getattr(pa, name)) for pa in group]) for name in names]
-    return columns[0] if len(names) == 1 else np.column_stack(columns)
 
 
-def _has(group, *names):
-    return all(name in pa.properties for pa in group for name in names)
 
 
-def _points(group):
-    return _gather(group, "x", "y", "z") if group else np.empty((0, 3))
 
 
 NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T",), "speed": ("u", "v", "w"),
@@ -311,17 +277,17 @@ NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T"
 def _pick_colour(fluid, colour, view):
     if colour is None:
         wanted = ("bubble", "phase", "speed") if view == "3d" else ("phase", "speed")
-        return next((c for c in wanted if _has(fluid, *NEEDS[c])), "density")
+        return next((c for c in wanted if have_all(fluid, *NEEDS[c])), "density")
     if colour not in COLOURS:
         raise ValueError(f"colour must be one of {', '.join(COLOURS)}; got {colour!r}")
-    if not _has(fluid, *NEEDS[colour]):
+    if not have_all(fluid, *NEEDS[colour]):
         raise ValueError(f"colour {colour!r} needs the properties {', '.join(NEEDS[colour])} of the fluid")
     return colour
 
 
 def _values(fluid, colour):
     """Scalar (n,) that the colour scale shows, in its unit."""
-    raw = np.linalg.norm(_gather(fluid, "u", "v", "w"), axis=1) if colour == "speed" else _gather(
+    raw = np.linalg.norm(joined(fluid, "u", "v", "w"), axis=1) if colour == "speed" else joined(
         fluid, NEEDS[colour][0])
     return raw + SCALES[colour][1]
 
@@ -332,39 +298,16 @@ def _limits(fluid, colour):
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def _bounds(scene, spacing, dim):
-    """Corners (2, 3) [m] of walls and fluid; a few stray particles do not widen the view."""
-    centre, walls = _points(scene.fluid), _points(scene.walls)
-    if len(centre) == 0:
-        centre = walls if len(walls) else np.zeros((1, 3))
-    ends = np.nanquantile(centre, (0.002, 0.998), axis=0)
-    if len(walls):
-        ends = np.array([np.minimum(ends[0], walls.min(axis=0)), np.maximum(ends[1], walls.max(axis=0))])
-    pad = np.full(3, 0.5 * spacing)
-    pad[dim:] = 0.0
-    return np.array([ends[0] - pad, ends[1] + pad])
 
 
-def _inside(walls, bounds, spacing):
-    """Corners (2, 3) [m] of the space between the walls: along each axis through the middle, from outside inwards, a
-    wall goes on as far as its particles follow each other."""
-    ends, middle, points = np.array(bounds), np.mean(bounds, axis=0), _points(walls)
-    for k in range(3):
-        ray = points[np.all(np.abs(np.delete(points - middle, k, axis=1)) <= spacing, axis=1), k]
-        for end, sign in ((0, 1.0), (1, -1.0)):
-            layers = np.sort(sign * ray)
-            if len(layers) and layers[0] - sign * bounds[end, k] < spacing:
-                last = layers[np.argmax(np.append(np.diff(layers), np.inf) > 1.5 * spacing)]
-                ends[end, k] = sign * (last + 0.5 * spacing)
-    return ends
 
 
 def _guess_dim(fluid):
-    return 3 if np.ptp(_gather(fluid, "z")) > 0.0 else 2
+    return 3 if np.ptp(joined(fluid, "z")) > 0.0 else 2
 
 
 def _guess_spacing(fluid, dim):
-    return float(np.median(_gather(fluid, "m") / _gather(fluid, "rho"))) ** (1.0 / dim)
+    return float(np.median(joined(fluid, "m") / joined(fluid, "rho"))) ** (1.0 / dim)
 
 
 # Where it is seen
@@ -419,12 +362,6 @@ def _canvas(figure_class, window):
     return figure, ax
 
 
-def _rgb(colours):
-    """Colours (n, 3), or (3,) for a single one, of names or hex codes."""
-    from matplotlib.colors import to_rgba_array
-
-    rgb = to_rgba_array(colours)[:, :3]
-    return rgb[0] if isinstance(colours, str) else rgb
 
 
 def _lighten(rgb, amount):
@@ -459,48 +396,42 @@ def _colours(fluid, colour, limits):
         share = (_values(fluid, colour) - limits[0]) / (limits[1] - limits[0])
         return colormaps[SCALES[colour][2]](share)[:, :3]
     state = _states(fluid)
-    rgb = _rgb(list(STATE_COLOURS.values()))[state]
+    rgb = to_rgb(list(STATE_COLOURS.values()))[state]
     if colour == "bubble":
         vapour = state == Phase.VAPOUR
         rgb = _lighten(rgb, PALE)
-        rgb[vapour] = bubble_colours(_gather(fluid, "bubble")[vapour])
+        rgb[vapour] = bubble_colours(joined(fluid, "bubble")[vapour])
     return rgb
 
 
 def _states(fluid):
     """Number (n,) of each particle's state in ``STATE_COLOURS``: its phase, or that of liquid held at T_sat."""
-    phase = _gather(fluid, "phase").astype(int)
-    if _has(fluid, "e"):
-        held = at_saturation(phase, _gather(fluid, "e"), _gather(fluid, "e_lat") if _has(fluid, "e_lat") else 0.0)
+    phase = joined(fluid, "phase").astype(int)
+    if have_all(fluid, "e"):
+        held = at_saturation(phase, joined(fluid, "e"), joined(fluid, "e_lat") if have_all(fluid, "e_lat") else 0.0)
         phase[held] = list(STATE_COLOURS).index("held")
     return phase
 
 
-def _vapour(fluid):
-    return _gather(fluid, "phase") == Phase.VAPOUR if _has(fluid, "phase") else np.zeros(len(_gather(fluid, "x")), bool)
 
 
-def _wall_colours(walls):
-    heated = np.concatenate([
-        np.asarray(pa.heated) == 1 if "heated" in pa.properties else np.zeros(len(pa.x), bool) for pa in walls])
-    return _rgb([WALL, HEATER])[heated.astype(int)], heated
 
 
 def _paint_sites(painter, scene, size):
     if scene.sites:
-        place = painter.camera.project(_points(scene.sites))[0] * painter.scale
+        place = painter.camera.project(positions(scene.sites))[0] * painter.scale
         painter.ax.scatter(*place.T, marker="^", s=size, color="white", edgecolors="black", linewidths=0.9, zorder=5)
 
 
 def _paint_slice(painter, scene, colour, limits, whole):
-    points, rgb, vapour = _points(scene.fluid), _colours(scene.fluid, colour, limits), _vapour(scene.fluid)
+    points, rgb, vapour = positions(scene.fluid), _colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
     k, middle = painter.camera.axis, painter.camera.middle
 
     def shown(where):
         return np.ones(len(where), bool) if whole else np.abs(where[:, k] - middle) <= painter.spacing
 
     if scene.walls:
-        where, shade = _points(scene.walls), _wall_colours(scene.walls)[0]
+        where, shade = positions(scene.walls), wall_colours(scene.walls)[0]
         _balls(painter, where[shown(where)], shade[shown(where)], DISC)
     liquid = shown(points) & ~vapour
     _balls(painter, points[liquid], rgb[liquid], DISC)
@@ -510,24 +441,24 @@ def _paint_slice(painter, scene, colour, limits, whole):
 
 
 def _paint_3d(painter, scene, colour, limits):
-    points, rgb, vapour = _points(scene.fluid), _colours(scene.fluid, colour, limits), _vapour(scene.fluid)
-    outline = _outline(scene, painter.bounds)
+    points, rgb, vapour = positions(scene.fluid), _colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
+    outline = plan_outline(scene, painter.bounds)
     low, high = painter.bounds[:, 2]
     _polygon(painter, outline, low, facecolor="#EEF0F3", edgecolor="#B0B5BC", linewidth=0.8)
     if scene.walls:
-        where, (shade, heated) = _points(scene.walls), _wall_colours(scene.walls)
+        where, (shade, heated) = positions(scene.walls), wall_colours(scene.walls)
         _balls(painter, where[heated], shade[heated], DISC, alpha=0.25)
     _paint_sites(painter, scene, 60)
     for corner in outline[:: max(1, len(outline) // 4)]:
         edge = painter.camera.project(np.array([[*corner, low], [*corner, high]]))[0] * painter.scale
         painter.ax.plot(*edge.T, color="#B0B5BC", linewidth=0.8)
     _polygon(painter, outline, high, facecolor="none", edgecolor="#B0B5BC", linewidth=0.8)
-    if not _has(scene.fluid, "phase"):
+    if not have_all(scene.fluid, "phase"):
         _balls(painter, points, rgb, BALL[:3])
         return
     _balls(painter, points[vapour], rgb[vapour], BALL, fog=0.0 if colour in SCALES else 0.35)
     surface = _free_surface(points[~vapour], painter.spacing)
-    water = np.tile(_rgb(PHASE_COLOURS[Phase.LIQUID]), (len(surface), 1))
+    water = np.tile(to_rgb(PHASE_COLOURS[Phase.LIQUID]), (len(surface), 1))
     _balls(painter, surface, water, ((1.0, 0.0, 0.0),), diameter=0.6, fog=0.3, alpha=0.35)
 
 
@@ -538,15 +469,6 @@ def _polygon(painter, outline, height, **style):
     painter.ax.add_patch(Polygon(painter.camera.project(corners)[0] * painter.scale, **style))
 
 
-def _outline(scene, bounds):
-    """Plan (n, 2) [m] of the vessel: four corners, or a circle where no wall reaches into the corners."""
-    (x0, y0), (x1, y1) = bounds[:, :2]
-    middle, half = 0.5 * np.array([x0 + x1, y0 + y1]), 0.5 * np.array([x1 - x0, y1 - y0])
-    walls = _points(scene.walls)
-    if len(walls) and np.hypot(*(walls[:, :2] - middle).T).max() < 0.85 * np.hypot(*half):
-        angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
-        return middle + half * np.column_stack([np.cos(angle), np.sin(angle)])
-    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
 def _free_surface(points, spacing):
@@ -587,7 +509,7 @@ def _legend_entries(scene, view, colour):
                       **{"markeredgewidth": 0.9, **style})
 
     entries = []
-    if _has(scene.fluid, "phase") and colour in ("phase", "bubble"):
+    if have_all(scene.fluid, "phase") and colour in ("phase", "bubble"):
         counts = np.bincount(_states(scene.fluid), minlength=len(STATE_COLOURS))
         for (name, face), count in zip(STATE_COLOURS.items(), counts):
             vapour, style = name == Phase.VAPOUR.name.lower(), {}
@@ -597,11 +519,11 @@ def _legend_entries(scene, view, colour):
                 face = BUBBLE_COLOURS[0]
                 style = {"fillstyle": "left", "markerfacecoloralt": BUBBLE_COLOURS[5], "markeredgewidth": 0.0}
             elif colour == "bubble":
-                face = _lighten(_rgb(face), PALE)
+                face = _lighten(to_rgb(face), PALE)
             entries.append(dot(f"{name} {count:,}", face, **style))
-    if view == "3d" and _has(scene.fluid, "phase"):
-        entries.append(dot("free surface", _lighten(_rgb(PHASE_COLOURS[Phase.LIQUID]), 0.5), "."))
-    if scene.walls and _wall_colours(scene.walls)[1].any():
+    if view == "3d" and have_all(scene.fluid, "phase"):
+        entries.append(dot("free surface", _lighten(to_rgb(PHASE_COLOURS[Phase.LIQUID]), 0.5), "."))
+    if scene.walls and wall_colours(scene.walls)[1].any():
         entries.append(dot("heater", HEATER, "s"))
     if scene.sites:
         entries.append(dot("nucleation site", "white", "^", markeredgecolor="black"))

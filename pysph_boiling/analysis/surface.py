@@ -12,20 +12,20 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pysph_boiling.analysis.rendering import (
+from pysph_boiling.analysis.drawing import (
     INK,
-    _bounds,
-    _gather,
-    _has,
-    _inside,
-    _outline,
-    _points,
-    _rgb,
-    _sort_arrays,
-    _vapour,
-    _wall_colours,
     bubble_colours,
+    by_role,
+    have_all,
+    inner_bounds,
+    is_vapour,
+    joined,
     needed,
+    plan_outline,
+    positions,
+    to_rgb,
+    view_bounds,
+    wall_colours,
 )
 
 __all__ = ["check_surface", "draw_surface"]
@@ -67,10 +67,10 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
     check_surface(dim, colour)
     if not spacing > 0.0:
         raise ValueError(f"spacing must be > 0 m, got {spacing} m")
-    scene = _sort_arrays(arrays)
-    bounds = _bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
+    scene = by_role(arrays)
+    bounds = view_bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
     fluid = _fluid(scene, bounds)
-    vessel = _inside(scene.walls, bounds, spacing)
+    vessel = inner_bounds(scene.walls, bounds, spacing)
     box = np.array([vessel[0] - [0.0, 0.0, SLAB_HEIGHT * spacing], vessel[1]])
     camera = _camera(box, size)
     parts = []
@@ -83,11 +83,11 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
 
 def _fluid(scene, bounds):
     """Places (n, 3), phase, bubble and swell of the fluid, without what was lost far away."""
-    points = _points(scene.fluid)
+    points = positions(scene.fluid)
     near = np.all(np.abs(points - bounds.mean(axis=0)) <= 1.5 * np.ptp(bounds, axis=0), axis=1)
-    label, swell = (_gather(scene.fluid, name) if _has(scene.fluid, name) else np.full(len(points), default)
+    label, swell = (joined(scene.fluid, name) if have_all(scene.fluid, name) else np.full(len(points), default)
                     for name, default in (("bubble", 0), ("swell", 1.0)))
-    return SimpleNamespace(points=points[near], vapour=_vapour(scene.fluid)[near], label=label[near],
+    return SimpleNamespace(points=points[near], vapour=is_vapour(scene.fluid)[near], label=label[near],
                            swell=swell[near])
 
 
@@ -173,7 +173,7 @@ def _lit_water(mesh, normals, chosen, eye, path, *, free):
     view, facing = _toward(eye, points, normals)
     mirror = _schlick(np.abs(facing))
     sky, glint = _sky(view, normals, facing)
-    shallow, deep = _rgb(SHALLOW), _rgb(DEEP)
+    shallow, deep = to_rgb(SHALLOW), to_rgb(DEEP)
     shade = 0.5 + 0.5 * np.clip(normals @ LIGHT, 0.0, 1.0)[:, None]
     front = _mix(shallow * shade, sky, np.clip(0.35 + mirror, 0.0, 1.0)[:, None])
     front = _mix(front, np.ones(3), glint[:, None])
@@ -216,8 +216,8 @@ def _lit_bubble(mesh, tint, eye, depth):
     shade = 0.85 + 0.15 * mesh.normals[:, 2:]
     bright = np.clip(0.9 * rim + glint + 0.5 * inner, 0.0, 1.0)
     veil = 1.0 - np.exp(-0.6 * depth(mesh.points))
-    rgb = _mix(_rgb(STEAM) if tint is None else tint, sky, 0.3) * shade
-    rgb = _mix(_mix(rgb, np.ones(3), bright[:, None]), _rgb(DEEP), 0.22 * veil[:, None])
+    rgb = _mix(to_rgb(STEAM) if tint is None else tint, sky, 0.3) * shade
+    rgb = _mix(_mix(rgb, np.ones(3), bright[:, None]), to_rgb(DEEP), 0.22 * veil[:, None])
     alpha = np.clip((0.46 if tint is None else 0.75) + bright, 0.0, 0.95)
     a, b, c = mesh.points[mesh.triangles].transpose(1, 0, 2)
     near = np.einsum("ij,ij->i", np.cross(b - a, c - a), eye - a) > 0.0
@@ -242,7 +242,7 @@ def _sky(view, normals, facing):
     """What a mirror shows of the surroundings (n, 3), and how much of the lamp (n,)."""
     ray = 2.0 * facing[:, None] * normals - view
     up, down = np.clip(ray[:, 2:], 0.0, 1.0), np.clip(-4.0 * ray[:, 2:], 0.0, 1.0)
-    colour = _mix(_mix(_rgb(HORIZON), _rgb(SKY), up), _rgb(GROUND), down)
+    colour = _mix(_mix(to_rgb(HORIZON), to_rgb(SKY), up), to_rgb(GROUND), down)
     return colour, np.clip(ray @ LIGHT, 0.0, 1.0)**60
 
 
@@ -368,15 +368,15 @@ def _paint_vessel(pv, plotter, scene, vessel, spacing):
     foot = low[2] - SLAB_HEIGHT * spacing
     slab = pv.Box((low[0], high[0], low[1], high[1], foot, low[2]))
     plotter.add_mesh(_shaded(slab, SLAB), scalars="rgb", rgb=True, lighting=False)
-    hot = _points(scene.walls)[_wall_colours(scene.walls)[1]]
+    hot = positions(scene.walls)[wall_colours(scene.walls)[1]]
     if len(hot):
         tiles = pv.PolyData(hot - [0.0, 0.0, gap]).glyph(
             geom=pv.Cube(x_length=spacing, y_length=spacing, z_length=spacing), scale=False, orient=False)
         plotter.add_mesh(_shaded(tiles, HOT), scalars="rgb", rgb=True, lighting=False)
-    for place in _points(scene.sites):
+    for place in positions(scene.sites):
         plotter.add_mesh(pv.Disc(center=place * [1.0, 1.0, 0.0] + [0.0, 0.0, vessel[0, 2] - 0.5 * gap], inner=0.0,
                                  outer=0.4 * spacing, c_res=24), color=SITE, lighting=False)
-    outline = _outline(scene, np.array([low, high]))
+    outline = plan_outline(scene, np.array([low, high]))
     rings = [np.column_stack([outline, np.full(len(outline), z)]) for z in (low[2], high[2])]
     for ring in rings:
         plotter.add_mesh(pv.lines_from_points(ring, close=True), color=EDGE, line_width=FINE * 1.5, lighting=False)
@@ -392,7 +392,7 @@ def _paint_shadow(pv, plotter, low, high, foot):
                       j_resolution=60)
     beyond = np.maximum(np.maximum(low - ground.points, ground.points - high), 0.0)[:, :2]
     dark = 0.35 * np.clip(1.0 - np.linalg.norm(beyond, axis=1) / reach, 0.0, 1.0)**2
-    ground["rgba"] = np.column_stack([np.tile(_rgb(INK), (len(dark), 1)), dark])
+    ground["rgba"] = np.column_stack([np.tile(to_rgb(INK), (len(dark), 1)), dark])
     ground["rgba"] = np.round(255.0 * ground["rgba"]).astype(np.uint8)
     plotter.add_mesh(ground, scalars="rgba", rgb=True, lighting=False)
 
@@ -401,5 +401,5 @@ def _shaded(mesh, colour):
     """The mesh with flat colours of its faces by how far they turn to the lamp."""
     mesh = mesh.compute_normals(cell_normals=True, point_normals=False, auto_orient_normals=False)
     light = 0.62 + 0.43 * np.clip(mesh.cell_data["Normals"] @ LIGHT, 0.0, 1.0)
-    mesh.cell_data["rgb"] = np.round(255.0 * np.clip(light[:, None] * _rgb(colour), 0.0, 1.0)).astype(np.uint8)
+    mesh.cell_data["rgb"] = np.round(255.0 * np.clip(light[:, None] * to_rgb(colour), 0.0, 1.0)).astype(np.uint8)
     return mesh

@@ -15,10 +15,10 @@ import numpy as np
 
 from pysph_boiling.analysis.shapes import history, largest
 from pysph_boiling.checks import require
-from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     BoxContainer,

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pysph_boiling.checks import NotChecked, require
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
 from pysph_boiling.particles import box_vessel, fluid_block
+from pysph_boiling.runs.application import SceneApplication, SceneParameters
 from pysph_boiling.schemes.effects import BoxContainer, XSPHViscosity, param
 from pysph_boiling.schemes.pbf import PBFScheme
 

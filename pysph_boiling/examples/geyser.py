@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.checks import require
-from pysph_boiling.examples.application import SceneParameters, upright_box
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.runs.application import SceneParameters, upright_box
 from pysph_boiling.schemes.effects import Buoyancy, Heater, Venting, param
 
 ROCK = 2  # layers of wall

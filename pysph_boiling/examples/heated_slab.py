@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pysph_boiling.checks import NotChecked, require
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
 from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.runs.application import SceneApplication, SceneParameters
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import HeatConduction, Heater, param
 

@@ -16,14 +16,14 @@ from pysph.solver.application import Application
 from pysph.sph.equation import Group
 from pysph.sph.scheme import WCSPHScheme
 
-from pysph_boiling import inherited
-from pysph_boiling.analysis.files import last_output, output_files, read_output
 from pysph_boiling.checks import require
 from pysph_boiling.device import send
 from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatTemperatureAfter, HeatUpdate
-from pysph_boiling.examples.application import double_precision
+from pysph_boiling.files import last_output, output_files, read_output
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import add_properties, host
+from pysph_boiling.runs import pysph_options as inherited
+from pysph_boiling.runs.application import double_precision
 from pysph_boiling.schemes import effects
 from pysph_boiling.schemes.integrator import HeatClock
 from pysph_boiling.search import search_for

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.checks import require
-from pysph_boiling.examples.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
+from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     BoxContainer,

@@ -6,9 +6,9 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.device import counted, largest, smallest, summed, values
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
 
 __all__ = ["Guard"]
 
@@ -83,7 +83,7 @@ class Guard(Tool):
 
     def report(self, pa, name, solver, wrong, limits=""):
         """Particle, place, phase, limits, and the last particle file that is good. ``wrong(pa)`` is a mask (n,)."""
-        from pysph_boiling.analysis.files import last_output
+        from pysph_boiling.files import last_output
 
         for watched in pa.properties:
             host(pa, watched)

@@ -2,9 +2,9 @@
 from pysph.sph.equation import Group
 
 from pysph_boiling.equations import bubble_groups
+from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import add_properties, number
 from pysph_boiling.schemes.effects.bubbles import BubbleLabels
-from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 
 __all__ = ["label_groups"]
 

@@ -15,8 +15,8 @@ from pysph.sph.integrator_step import IntegratorStep
 
 from pysph_boiling.device import largest, largest_size, values
 from pysph_boiling.names import whole_number
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
-from pysph_boiling.schemes import ranks
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 

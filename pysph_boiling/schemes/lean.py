@@ -4,7 +4,7 @@ from compyle.array import get_backend
 
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.equations.lean import LEAN
-from pysph_boiling.schemes import ranks
+from pysph_boiling.parallel import ranks
 
 __all__ = ["lean_terms", "why_general"]
 

@@ -8,6 +8,7 @@ from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
 from pysph_boiling.names import SchemeError, unknown, whole_number
+from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
     PYSPH_PROPERTIES,
@@ -20,7 +21,6 @@ from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
 from pysph_boiling.schemes.effects.mechanics import Meter
-from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.lean import lean_terms, why_general

@@ -26,9 +26,9 @@ from pysph.sph import acceleration_eval_cython_helper
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
-from pysph_boiling.analysis.files import whole
 from pysph_boiling.device import on_host, order, send
-from pysph_boiling.schemes import ranks
+from pysph_boiling.files import whole
+from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
 from pysph_boiling.threads import end_on_interrupt

@@ -9,9 +9,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pysph_boiling.device import Subset, values
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
 
 __all__ = ["Vapour", "join_labels", "nearest_image"]
 

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from pysph_boiling.accuracy import command, measure
-from pysph_boiling.accuracy.command import accuracy
 from pysph_boiling.cli import main
+from pysph_boiling.evaluation.accuracy import command, measure
+from pysph_boiling.evaluation.accuracy.command import accuracy
 
 KEYS = ["momentum", "conduction"]
 
@@ -50,7 +50,7 @@ def test_resumes_from_the_points_that_are_there(folder, monkeypatch):
 def test_a_claim_that_fails_is_told_by_the_exit_status(folder, monkeypatch, tmp_path, capsys):
     claims = tmp_path / "claims.json"
     claims.write_text(json.dumps([{"study": "conduction", "error": "L2", "at_most": 1e-9, "why": "no"}]))
-    monkeypatch.setattr("pysph_boiling.accuracy.results.CLAIMS", claims)
+    monkeypatch.setattr("pysph_boiling.evaluation.accuracy.results.CLAIMS", claims)
     asked = ["accuracy", "conduction", "--quick", "--repeats", "2", "--directory", str(folder)]
     assert main(asked) == 1 and "L2 is at most" in capsys.readouterr().err
 

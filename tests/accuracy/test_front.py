@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from pysph_boiling.accuracy.front import cheapest, order, pareto, spread
+from pysph_boiling.evaluation.accuracy.front import cheapest, order, pareto, spread
 
 NAN = math.nan
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from pysph_boiling.accuracy import knobs, measure, results
-from pysph_boiling.accuracy.knobs import Study, Trend, along, changed, fixed_sweeps, together, told
-from pysph_boiling.accuracy.measure import Points
-from pysph_boiling.problems.problem import Outcome, Problem
+from pysph_boiling.evaluation.accuracy import knobs, measure, results
+from pysph_boiling.evaluation.accuracy.knobs import Study, Trend, along, changed, fixed_sweeps, together, told
+from pysph_boiling.evaluation.accuracy.measure import Points
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.schemes.quality import QUALITIES, Quality
 

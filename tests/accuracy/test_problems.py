@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pysph_boiling.evaluation.problems.bubble_rise import BubbleRise
+from pysph_boiling.evaluation.problems.dam_break import DamBreak
+from pysph_boiling.evaluation.problems.drift import PeriodicBox, SloshingTank
+from pysph_boiling.evaluation.problems.hydrostatic import HydrostaticColumn, compression, nearest
 from pysph_boiling.particles import fluid_block, wall_array
-from pysph_boiling.problems.bubble_rise import BubbleRise
-from pysph_boiling.problems.dam_break import DamBreak
-from pysph_boiling.problems.drift import PeriodicBox, SloshingTank
-from pysph_boiling.problems.hydrostatic import HydrostaticColumn, compression, nearest
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.schemes.pbf import PBFScheme
 

@@ -15,10 +15,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import pdist, squareform
 from sets import scheme
 
-from pysph_boiling.analysis.bubbles import bubble_table
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import NO_BUBBLE, fluid_array, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.bubbles import bubble_table
 from pysph_boiling.schemes.guest import label_groups
 
 LINK = 1.4  # link radius, spacings

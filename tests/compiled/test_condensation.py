@@ -7,10 +7,10 @@ import pytest
 from harness import Stepper
 from scipy.stats import chisquare
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import NO_BUBBLE, fluid_array, fluid_block
 from pysph_boiling.phases import Phase, temperature
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     BubbleLabels,

@@ -13,10 +13,10 @@ from pysph.base.nnps import DomainManager
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from scipy.stats import chi2_contingency, chisquare
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, fluid_block
 from pysph_boiling.phases import Phase, temperature
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import DynamicNucleation, HeatConduction, PhaseChange
 

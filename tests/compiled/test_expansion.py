@@ -6,9 +6,9 @@ import pytest
 import sets
 from harness import Stepper
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, Expansion, Heater, Venting
 
 DX, WIDTH, FILL, RADIUS = 0.004, 24, 18, 3.6  # m, and in spacings

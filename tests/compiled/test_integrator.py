@@ -7,10 +7,10 @@ from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from pysph.solver.utils import dump, load
 from sets import scheme
 
+from pysph_boiling.evaluation.stress.scenes import MOTION, block, vessel
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
-from pysph_boiling.stress.scenes import MOTION, block, vessel
 
 DX = 0.01
 

@@ -7,11 +7,11 @@ import pytest
 import sets
 from harness import Stepper, host_only
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.equations.density_constraint import PBFMove, PBFMoveAccelerated
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     Buoyancy,

@@ -6,9 +6,9 @@ import pytest
 import sets
 from harness import Stepper
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import BoxContainer, HeatConduction, Heater, Refill
 from pysph_boiling.schemes.effects.refill import RefillTool
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from sets import SETS, scheme
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import NO_BUBBLE, fluid_array, site_array
 from pysph_boiling.phases import Phase, temperature
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import total
 
 L, N = WATER.L, 40

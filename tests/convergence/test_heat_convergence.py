@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
+from pysph_boiling.evaluation.problems.conduction import FourierMode, HotPlate, lattice_constant
 from pysph_boiling.examples.heated_slab import HeatedSlab
-from pysph_boiling.problems.conduction import FourierMode, HotPlate, lattice_constant
 
 
 @pytest.mark.parametrize("dim, hdx, ratio", [

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pysph.solver.utils import load
 
-from pysph_boiling.cli import scenes
+from pysph_boiling.examples import scenes
 
 BACKENDS = {"openmp": ("--openmp",), "double": ("--opencl", "--use-double"), "single": ("--opencl",)}
 POOL = ("--flat", "--fill", "10", "--subcooling", "80", "--acceleration", "8000", "--no-pictures",
@@ -105,7 +105,8 @@ def test_every_scene_takes_its_first_steps(tmp_path, name, backend):
 ENDLESS = """
 import sys
 from pysph.base.nnps import DomainManager
-from pysph_boiling.cli import report, scene_class
+from pysph_boiling.cli import report
+from pysph_boiling.examples import scene_class
 
 class Endless(scene_class("dam_break")):
     def create_domain(self):
@@ -130,7 +131,7 @@ COUNT = """
 import json, sys
 import numpy as np
 import pyopencl.array
-from pysph_boiling.cli import scene_class
+from pysph_boiling.examples import scene_class
 from pysph_boiling.schemes.integrator import PBFIntegrator
 
 fetched, steps, get, step = [], [], pyopencl.array.Array.get, PBFIntegrator.step

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.shapes import merger, split
-from pysph_boiling.cli import scene_class
+from pysph_boiling.evaluation.reproduce.single_bubbles import Figure7, Figure8, Figure9
+from pysph_boiling.examples import scene_class
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase
-from pysph_boiling.reproduce.single_bubbles import Figure7, Figure8, Figure9
 
 SMALL = {figure.scene: figure.small for figure in (Figure7, Figure8, Figure9)}
 

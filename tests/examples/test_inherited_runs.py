@@ -5,11 +5,11 @@ import h5py
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.files import output_files, read_output
-from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.heated_slab import HeatedSlab
-from pysph_boiling.inherited import SEARCHES
+from pysph_boiling.files import output_files, read_output
+from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.runs.pysph_options import SEARCHES
 
 SCENES = {"dam_break": (DamBreak, ["--quick", "--max-steps", "20"]), "heated_slab": (HeatedSlab, ["--tf", "20"])}
 ROUND_OFF = 1e-12  # of the largest value; measured 1.4e-14

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pysph.solver.utils import get_files, load
 
-from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.runs.ledger import load_results
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration", "1.2",
          "--frame", "0.1", "--no-pictures", "--openmp"]

@@ -8,9 +8,9 @@ from pysph.examples.dam_break_2d import DamBreak2D
 from pysph.sph import scheme as pysph_schemes
 
 from pysph_boiling import cli
-from pysph_boiling.analysis.files import last_output, read_output
 from pysph_boiling.equations import heat
 from pysph_boiling.examples import reuse_wcsph
+from pysph_boiling.files import last_output, read_output
 
 HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_tvf": "TVFScheme"}
 GUESTS = [heat.HeatTemperature, heat.HeatConduction, heat.HeatUpdate, heat.HeatTemperatureAfter]

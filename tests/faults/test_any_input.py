@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from pysph.base.kernels import CubicSpline
 
-from pysph_boiling.cli import main, scene_class, scenes
+from pysph_boiling.cli import main
+from pysph_boiling.examples import scene_class, scenes
 from pysph_boiling.particles import add_properties, fluid_array, site_array, wall_array
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS

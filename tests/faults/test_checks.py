@@ -13,10 +13,10 @@ from rich.console import Console
 
 import pysph_boiling
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.cli import scene_class, scenes
-from pysph_boiling.examples.application import SceneApplication
+from pysph_boiling.examples import scene_class, scenes
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.heated_slab import HeatedSlab
+from pysph_boiling.runs.application import SceneApplication
 
 PACKAGE = Path(pysph_boiling.__file__).parent
 STRICT = ("--tolerance", "1e-9", "--no-pictures")  # of heated_slab: no run keeps it

@@ -8,13 +8,13 @@ import pytest
 from pysph.solver.tools import Tool
 from sets import scheme
 
-from pysph_boiling.analysis.files import output_files, read_output
-from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.cli import main
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.files import output_files, read_output
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.schemes.guard import Guard
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration", "0.3",

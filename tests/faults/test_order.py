@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.files import output_files, read_output
+from pysph_boiling.evaluation.problems import drift
 from pysph_boiling.examples.heated_slab import HeatedSlab
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
-from pysph_boiling.problems import drift
+from pysph_boiling.files import output_files, read_output
 from pysph_boiling.schemes.solver import StagedSolver
 
 POOL = ["--flat", "--width", "24", "--fill", "16", "--sites", "5", "--subcooling", "0.1", "--duration", "0.3",

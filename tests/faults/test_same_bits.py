@@ -4,11 +4,11 @@ import json
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.files import output_files, read_output
-from pysph_boiling.analysis.ledger import load_results
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
-from pysph_boiling.inherited import SEARCHES
+from pysph_boiling.files import output_files, read_output
+from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.runs.pysph_options import SEARCHES
 
 DAM = (DamBreak, ["--quick", "--tf", "0.1"], (7, 12, 20))  # 30 steps, an output every 6
 POOL = (SteadyBoiling, ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration",

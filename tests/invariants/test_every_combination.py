@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from harness import Stepper
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,

@@ -8,10 +8,10 @@ from harness import Stepper
 from pysph.base.kernels import CubicSpline, WendlandQuintic
 from sets import scheme
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase, temperature
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
 
 DX, T_AIR, T_START, A = 0.004, 293.15, 363.15, 800.0

@@ -17,7 +17,7 @@ from pysph.base.utils import get_particle_array
 from pysph.parallel.parallel_manager import ZoltanParallelManagerGeometric
 from scipy.spatial import cKDTree
 
-from pysph_boiling.schemes.partition import Partition
+from pysph_boiling.parallel.partition import Partition
 
 SUPPORT, SIZE, ROUNDS, BALANCED = 2.4, (40.0, 12.0, 9.0), 24, 6  # lengths in spacings; rounds, and between balancings
 PAIRS = [("fluid", "fluid"), ("fluid", "wall"), ("fluid", "sites")]

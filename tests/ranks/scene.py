@@ -13,11 +13,11 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling import cli
-from pysph_boiling.examples.application import SceneApplication, SceneParameters
 from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
+from pysph_boiling.runs.application import SceneApplication, SceneParameters
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.files import last_output, output_files, read_output
-from pysph_boiling.analysis.ledger import load_results
+from pysph_boiling.files import last_output, output_files, read_output
+from pysph_boiling.runs.ledger import load_results
 
 SCENE = Path(__file__).with_name("scene.py")
 STEPS = 40

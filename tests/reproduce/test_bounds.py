@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from pysph_boiling.reproduce import explosive
-from pysph_boiling.reproduce.faults import FAULTS, MENDED, caveat
-from pysph_boiling.reproduce.figure import MODULES, Section, bound, judged
-from pysph_boiling.reproduce.report import write_report
+from pysph_boiling.evaluation.reproduce import explosive
+from pysph_boiling.evaluation.reproduce.faults import FAULTS, MENDED, caveat
+from pysph_boiling.evaluation.reproduce.figure import MODULES
+from pysph_boiling.evaluation.reproduce.wording import PAPER
+from pysph_boiling.report.markdown_page import write_report
+from pysph_boiling.report.sections import Section, bound, judged
 
 ROOT = Path(explosive.__file__).parents[2]
 
@@ -56,7 +58,7 @@ def test_a_fault_is_told_until_the_figure_is_run_again(tmp_path):
         for finished, told in ((old["finished"], True), (f"{MENDED}T00:00:01+00:00", False)):
             section = Section(key, "t", origins=[{**old, "finished": finished}])
             assert bool(caveat(section)) is told
-            text = write_report([section], tmp_path, tmp_path / f"{key}_{told}.md", [key]).read_text()
+            text = write_report([section], tmp_path, tmp_path / f"{key}_{told}.md", [key], wording=PAPER).read_text()
             assert ("Until it is, it rests on a fault" in text) is told
     assert caveat(Section("fig2", "t", origins=[old])) == "" == caveat(Section("fig5", "t"))
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from browser import browse
 
-from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table
-from pysph_boiling.reproduce.page import EMBEDDED, label, origin, text, write_page
+from pysph_boiling.evaluation.reproduce.wording import PAPER
+from pysph_boiling.report.page import EMBEDDED, label, origin, text, write_page
+from pysph_boiling.report.sections import Picture, Section, Statement, Table
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}  # elements without an end tag
 NASTY = '<b>5 < 6 & "7"</b>'
@@ -86,7 +87,7 @@ def parsed(html):
 
 
 def test_page_is_valid_complete_and_alone(sections, tmp_path):
-    path = write_page(sections, tmp_path)
+    path = write_page(sections, tmp_path, wording=PAPER)
     assert path == tmp_path / "index.html"
     html = path.read_text(encoding="utf-8")
     page = parsed(html)
@@ -108,7 +109,7 @@ def test_page_is_valid_complete_and_alone(sections, tmp_path):
 
 
 def test_summary_counts_verdicts_and_links(sections, tmp_path):
-    html = write_page(sections, tmp_path).read_text(encoding="utf-8")
+    html = write_page(sections, tmp_path, wording=PAPER).read_text(encoding="utf-8")
     nav = html[html.index("<nav>"):html.index("</nav>")]
     rows = re.findall(r"<tr>.*", nav)
     assert [re.sub("<.*?>", " ", row).split() for row in rows] == [
@@ -125,13 +126,13 @@ def test_formulas_and_options_are_not_broken_over_lines():
 
 
 def test_quick_page_says_so(sections, tmp_path):
-    full, quick = (write_page(sections, tmp_path, quick=form).read_text() for form in (False, True))
+    full, quick = (write_page(sections, tmp_path, wording=PAPER, quick=form).read_text() for form in (False, True))
     assert "--quick" not in full and "quick form" not in full
     assert "pysph-boiling reproduce fig14 --quick" in quick and "quick form" in quick
 
 
 def test_small_data_is_embedded_and_large_is_named(sections, tmp_path):
-    page = parsed(write_page(sections, tmp_path).read_text())
+    page = parsed(write_page(sections, tmp_path, wording=PAPER).read_text())
     links = [attributes for tag, attributes in page.tags if tag == "a" and "download" in attributes]
     assert [link["download"] for link in links] == ["fig3_n.csv"]
     assert links[0]["href"] == "data:text/csv;base64,dCxuCjAsMQo="
@@ -142,15 +143,15 @@ def test_what_cannot_be_shown_is_refused(sections, tmp_path):
     for file, error in (("c.bmp", ValueError), ("missing.png", FileNotFoundError)):
         sections[1].pictures = [Picture(file, "c")]
         with pytest.raises(error, match=file):
-            write_page(sections, tmp_path)
+            write_page(sections, tmp_path, wording=PAPER)
 
 
 def test_section_survives_its_file(sections, tmp_path):
-    before = write_page(sections, tmp_path).read_text()
+    before = write_page(sections, tmp_path, wording=PAPER).read_text()
     for section in sections:
         section.save(tmp_path / section.key)
     again = [Section.load(tmp_path / section.key) for section in sections]
-    assert write_page(again, tmp_path).read_text() == before
+    assert write_page(again, tmp_path, wording=PAPER).read_text() == before
 
 
 @pytest.mark.parametrize("agrees", [np.True_, np.False_, True, None])
@@ -166,7 +167,7 @@ def test_labels():
 # --- in a browser -----------------------------------------------------------------------------------------------------
 
 def test_pictures_show_and_nothing_is_fetched(sections, tmp_path):
-    seen, console = browse(write_page(sections, tmp_path), tmp_path)
+    seen, console = browse(write_page(sections, tmp_path, wording=PAPER), tmp_path)
     assert [picture[:2] for picture in seen["pictures"]] == [[3, 2], [1, 1], [5, 4]]
     assert seen["headings"] == ["Fig. 3\nSteady boiling", "Fig. 14\nSuperheated particles", "Table 1\nMethods"]
     assert seen["verdicts"] == ["agrees", "disagrees", "cannot tell", "agrees"]
@@ -178,14 +179,14 @@ def test_movies_play(sections, tmp_path):
     subprocess.run([ffmpeg, "-loglevel", "error", "-f", "lavfi", "-i", "color=red:size=64x48:rate=5:duration=0.4",
                     "-pix_fmt", "yuv420p", str(tmp_path / "fig3" / "m.mp4")], check=True)
     sections[0].pictures.append(Picture("m.mp4", "a movie"))
-    seen, console = browse(write_page(sections, tmp_path), tmp_path)
+    seen, console = browse(write_page(sections, tmp_path, wording=PAPER), tmp_path)
     assert seen["movies"] == [[64, 48]] and console == []
 
 
 def test_wide_pictures_and_tables_do_not_widen_a_narrow_page(sections, tmp_path):
     (tmp_path / "fig14" / "c.png").write_bytes(png(3000, 10))
     sections[1].tables = [Table([f"column {k}" for k in range(30)], [["text"] * 30])]
-    seen, _ = browse(write_page(sections, tmp_path), tmp_path, width=500)
+    seen, _ = browse(write_page(sections, tmp_path, wording=PAPER), tmp_path, width=500)
     assert seen["window"] == 500 and seen["width"] <= seen["window"]
 
 
@@ -193,7 +194,7 @@ def test_wide_pictures_and_tables_do_not_widen_a_narrow_page(sections, tmp_path)
     ('<img src="https://example.org/a.png">', "console"), ("<script>fail()</script>", "console"),
     ('<img src="data:image/png;base64,AAAA">', "pictures")])
 def test_the_browser_test_sees_what_is_wrong(sections, tmp_path, piece, kind):
-    page = write_page(sections, tmp_path)
+    page = write_page(sections, tmp_path, wording=PAPER)
     page.write_text(page.read_text().replace("</main>", piece + "</main>"))
     seen, console = browse(page, tmp_path)
     assert {"console": console != [], "pictures": [0, 0] in [size[:2] for size in seen["pictures"]]}[kind]

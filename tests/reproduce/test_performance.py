@@ -1,10 +1,19 @@
 """Table 4: the cost of a frame, what is timed, and how verdicts of the figures make those of its key observations."""
 import pytest
 
-from pysph_boiling.reproduce import performance
-from pysph_boiling.reproduce.figure import Section, Statement
-from pysph_boiling.reproduce.performance import PAPER, TIMED, Performance, Scenario, cost, observations, observed, rates
-from pysph_boiling.reproduce.runs import Result
+from pysph_boiling.evaluation.reproduce import performance
+from pysph_boiling.evaluation.reproduce.performance import (
+    PAPER,
+    TIMED,
+    Performance,
+    Scenario,
+    cost,
+    observations,
+    observed,
+    rates,
+)
+from pysph_boiling.evaluation.reproduce.runs import Result
+from pysph_boiling.report.sections import Section, Statement
 
 
 def record(seconds, steps, **more):

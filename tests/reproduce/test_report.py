@@ -3,8 +3,10 @@ import pytest
 from PIL import Image
 
 from pysph_boiling.cli import main
-from pysph_boiling.reproduce.figure import Picture, Section, Statement, Table, figures
-from pysph_boiling.reproduce.report import WIDTH, take_up, write_report
+from pysph_boiling.evaluation.reproduce.figure import figures
+from pysph_boiling.evaluation.reproduce.wording import PAPER
+from pysph_boiling.report.markdown_page import WIDTH, take_up, write_report
+from pysph_boiling.report.sections import Picture, Section, Statement, Table
 
 ORIGIN = dict(machine="", processor="A processor", finished="", versions=dict(pysph_boiling="0.1.0"))
 
@@ -21,9 +23,9 @@ def section(root, key, width, ours):
 
 def test_report_is_amended_figure_by_figure(tmp_path):
     path = tmp_path / "docs" / "report.md"
-    write_report([section(tmp_path, "table3", 40, "first")], tmp_path, path, figures())
-    write_report([section(tmp_path, "fig14", 3 * WIDTH, "second")], tmp_path, path, figures())
-    write_report([section(tmp_path, "fig14", 2 * WIDTH, "third")], tmp_path, path, figures())
+    write_report([section(tmp_path, "table3", 40, "first")], tmp_path, path, figures(), wording=PAPER)
+    write_report([section(tmp_path, "fig14", 3 * WIDTH, "second")], tmp_path, path, figures(), wording=PAPER)
+    write_report([section(tmp_path, "fig14", 2 * WIDTH, "third")], tmp_path, path, figures(), wording=PAPER)
     text = path.read_text()
     assert text.index("## Fig. 14") < text.index("## Table 3"), "not in the paper's order"
     assert "First." in text and "Third." in text and "Second." not in text
@@ -39,7 +41,7 @@ def test_report_is_amended_figure_by_figure(tmp_path):
 def test_what_a_report_has_is_taken_up_where_it_was_not_made(tmp_path):
     path, other = tmp_path / "report.md", tmp_path / "other"
     before = [section(tmp_path, "fig3", 40, "kept"), section(tmp_path, "fig4", 40, "old")]
-    write_report(before, tmp_path, path, figures())
+    write_report(before, tmp_path, path, figures(), wording=PAPER)
     (other / "fig4").mkdir(parents=True)
     section(other, "fig4", 40, "new").save(other / "fig4")
     take_up(path, other)

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from browser import browse
 
-from pysph_boiling.reproduce.figure import Section, figures
-from pysph_boiling.reproduce.page import MEDIA
+from pysph_boiling.evaluation.reproduce.figure import figures
+from pysph_boiling.report.page import MEDIA
+from pysph_boiling.report.sections import Section
 
 STORED = Path(__file__).with_name("verdicts.json")
 RENEW = f"pysph-boiling reproduce --quick --json {STORED.relative_to(STORED.parents[2])}"

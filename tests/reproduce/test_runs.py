@@ -13,9 +13,10 @@ from pysph.base.utils import get_particle_array
 from pysph.solver.utils import dump
 
 from pysph_boiling import cli
-from pysph_boiling.reproduce import command, runs
-from pysph_boiling.reproduce.figure import FIGURES, Figure, Statement, Table, write_csv
-from pysph_boiling.reproduce.runs import Result, Run, perform
+from pysph_boiling.evaluation.reproduce import command, runs
+from pysph_boiling.evaluation.reproduce.figure import FIGURES, Figure
+from pysph_boiling.evaluation.reproduce.runs import Result, Run, perform
+from pysph_boiling.report.sections import Statement, Table, write_csv
 
 ACTOR = '''#!{python}
 import json, os, shutil, sys, time
@@ -212,7 +213,7 @@ def test_a_timed_run_has_the_machine_to_itself(root):
 def two_figures(monkeypatch):
     """Two made-up figures, of which one needs a run, in place of the paper's."""
     with monkeypatch.context() as patch:
-        patch.setattr("pysph_boiling.reproduce.figure.FIGURES", dict(FIGURES))
+        patch.setattr("pysph_boiling.evaluation.reproduce.figure.FIGURES", dict(FIGURES))
 
         class Plain(Figure):
             key, title = "table9", "nothing to run"
@@ -281,7 +282,7 @@ def test_failed_run_ends_the_command_with_its_name(root, two_figures, tmp_path, 
 
 
 def test_figures_of_the_paper_come_in_its_order():
-    from pysph_boiling.reproduce.figure import figures
+    from pysph_boiling.evaluation.reproduce.figure import figures
 
     keys = list(figures())
     assert len(keys) == len(set(keys)) and {"fig2", "table1", "table2"} <= set(keys)

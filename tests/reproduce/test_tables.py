@@ -7,13 +7,13 @@ import pytest
 from harness import Stepper
 from sets import scheme
 
+from pysph_boiling.evaluation.reproduce import states
+from pysph_boiling.evaluation.reproduce.rules import Toy, call, evaluate
+from pysph_boiling.evaluation.reproduce.states import StateDiagram, channels, draw_states, trigger
+from pysph_boiling.evaluation.reproduce.tables import ASPECTS, PAPER_MODELS, HeatChannels, Models, answers
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import EDGES, Phase
-from pysph_boiling.reproduce import states
-from pysph_boiling.reproduce.rules import Toy, call, evaluate
-from pysph_boiling.reproduce.states import StateDiagram, channels, draw_states, trigger
-from pysph_boiling.reproduce.tables import ASPECTS, PAPER_MODELS, HeatChannels, Models, answers
 from pysph_boiling.schemes.effects import Condensation, PhaseChange
 from pysph_boiling.schemes.modes import MODES
 

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from pysph_boiling.stress.case import Case
-from pysph_boiling.stress.cases import all_cases
-from pysph_boiling.stress.judge import RULES, bounds_of, judge, load_bounds
+from pysph_boiling.evaluation.stress.case import Case
+from pysph_boiling.evaluation.stress.cases import all_cases
+from pysph_boiling.evaluation.stress.judge import RULES, bounds_of, judge, load_bounds
 
 STEPS = 10
 FALL = 2.0  # [m/s] from the depth below: sqrt(2 g H)

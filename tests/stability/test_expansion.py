@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 
+from pysph_boiling.evaluation.problems.from_scene import from_scene
+from pysph_boiling.evaluation.stress.judge import load_bounds
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.examples.superheat_sites import SuperheatSites
-from pysph_boiling.problems.from_scene import from_scene
 from pysph_boiling.schemes.effects import BoxContainer, DynamicNucleation, Expansion, Heater, PhaseChange
-from pysph_boiling.stress.judge import load_bounds
 
 FLAT = dict(dim=2, spacing=0.002, heated=0.7, acceleration=1000.0)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from pysph_boiling.stress.case import simulate
-from pysph_boiling.stress.cases import all_cases
-from pysph_boiling.stress.command import COLUMNS, measure, page, run_all, safeguards, stress
-from pysph_boiling.stress.judge import judge, load_bounds
+from pysph_boiling.evaluation.stress.case import simulate
+from pysph_boiling.evaluation.stress.cases import all_cases
+from pysph_boiling.evaluation.stress.command import COLUMNS, measure, page, run_all, safeguards, stress
+from pysph_boiling.evaluation.stress.judge import judge, load_bounds
 
 BOUNDS, CASES = load_bounds(), all_cases()
 OWN_SET = ("quiet", "flux", "burst", "omega", "band", "paper")  # modules that no other test needs
@@ -58,7 +58,7 @@ def test_command_writes_its_table(tmp_path, capsys):
 
 
 def test_a_case_that_fails_is_told(monkeypatch, capsys):
-    from pysph_boiling.stress import command
+    from pysph_boiling.evaluation.stress import command
 
     strict = deepcopy(BOUNDS)
     strict["rules"]["speed"]["bound"] = 0.0

@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from pysph_boiling.cli import scene_class, scenes
-from pysph_boiling.examples.application import SceneApplication
+from pysph_boiling.examples import scene_class, scenes
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
+from pysph_boiling.runs.application import SceneApplication
 from pysph_boiling.schemes.auto import in_order, needs
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS, AmbientLoss, Drag, DynamicNucleation, Heater, Venting

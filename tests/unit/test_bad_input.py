@@ -8,11 +8,11 @@ import sets
 from pysph.base.kernels import CubicSpline, WendlandQuintic
 
 from pysph_boiling import cli
-from pysph_boiling.analysis.ledger import Ledger
-from pysph_boiling.examples.application import SceneParameters
 from pysph_boiling.examples.dam_break import DamBreakParameters
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block, lattice_density, site_array
+from pysph_boiling.runs.application import SceneParameters
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, Expansion, Oscillation, SiteStorage, Venting
 from pysph_boiling.schemes.integrator import HeatClock

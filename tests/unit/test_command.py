@@ -4,8 +4,9 @@ import inspect
 
 import pytest
 
-from pysph_boiling import cli, validation
-from pysph_boiling.examples.application import Stopped
+from pysph_boiling import cli
+from pysph_boiling.evaluation import validate as validation
+from pysph_boiling.runs.application import Stopped
 
 
 def test_list_has_whole_sentences(capsys, monkeypatch):

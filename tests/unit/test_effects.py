@@ -15,9 +15,10 @@ from pysph.base.nnps import DomainManager, LinkedListNNPS
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.examples.dam_break import DamBreak
+from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, box_vessel, fluid_block, site_array
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     EFFECTS,
@@ -39,7 +40,6 @@ from pysph_boiling.schemes.effects import (
     SiteStorage,
     XSPHViscosity,
 )
-from pysph_boiling.schemes.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.schemes.options import add_options, apply_options, option_table
 from pysph_boiling.schemes.pbf import PBFScheme
 from pysph_boiling.schemes.solver import lean, vector_tag

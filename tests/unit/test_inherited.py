@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 from pysph.solver.application import Application
 
-from pysph_boiling import cli, inherited
+from pysph_boiling import cli
+from pysph_boiling.runs import pysph_options as inherited
 
 ROOT = Path(__file__).parents[2]
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from sets import scheme
 
-from pysph_boiling.analysis.ledger import Ledger, load_results, save_results
 from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.runs.ledger import Ledger, load_results, save_results
 
 SPACING = 0.01
 

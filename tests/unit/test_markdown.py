@@ -1,5 +1,5 @@
 """Markdown tables: what a cell may hold."""
-from pysph_boiling.markdown import table
+from pysph_boiling.report.markdown import table
 
 
 def test_a_cell_stays_one_cell_on_one_line():

@@ -16,10 +16,10 @@ from functools import cache
 import pytest
 import sets
 
+from pysph_boiling.evaluation.stress.scenes import EVERYTHING
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS, BoxContainer, CylinderContainer, DensityConstraint
 from pysph_boiling.schemes.stages import Term
-from pysph_boiling.stress.scenes import EVERYTHING
 
 METHODS = ("initialize", "initialize_pair", "loop", "loop_all", "post_loop")
 ALLOWED = {  # why the order does not matter

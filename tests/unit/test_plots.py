@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from pysph_boiling.analysis import plots
+from pysph_boiling.analysis.drawing import STATE_COLOURS
 from pysph_boiling.analysis.plots import PANELS, plot_history
-from pysph_boiling.analysis.rendering import STATE_COLOURS
 
 N = 50
 T = np.linspace(0.0, 1.0, N)

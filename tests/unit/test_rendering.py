@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
 
-from pysph_boiling.analysis import rendering
+from pysph_boiling.analysis import drawing, rendering
 from pysph_boiling.analysis.rendering import (
     BUBBLE_COLOURS,
     PHASE_COLOURS,
@@ -46,7 +46,7 @@ def lattice(n, dim):
 
 def pixels(path, colour, tolerance=0.02):
     """Mask (h, w) of the pixels of a colour."""
-    return np.abs(imread(path)[..., :3] - rendering._rgb(colour)).max(axis=-1) < tolerance
+    return np.abs(imread(path)[..., :3] - rendering.to_rgb(colour)).max(axis=-1) < tolerance
 
 
 def assert_is_picture(path):
@@ -150,7 +150,7 @@ def test_a_bubble_keeps_its_colour():
     assert len(counts) == len(BUBBLE_COLOURS)
     assert counts.min() > 0.8 * 5000 / len(BUBBLE_COLOURS)
     none = bubble_colours(np.array([NO_BUBBLE], dtype=np.uint32))[0]
-    assert np.array_equal(none, rendering._rgb(rendering.UNLABELLED))
+    assert np.array_equal(none, rendering.to_rgb(drawing.UNLABELLED))
 
 
 def test_scene_without_phases_is_coloured_by_speed(tmp_path):
@@ -185,7 +185,7 @@ def test_room_between_the_walls(layers):
     inside = np.all((grid > 0.0) & (grid < 8 * DX), axis=1) | (grid[:, 2] > 8 * DX)  # no lid
     walls = [cloud(grid[~inside])]
     bounds = np.array([np.full(3, -layers * DX), DX * np.array([8 + layers, 8 + layers, 8.0])])
-    room = rendering._inside(walls, bounds, DX)
+    room = rendering.inner_bounds(walls, bounds, DX)
     assert room == pytest.approx(np.array([[0.0, 0.0, 0.0], [8 * DX, 8 * DX, 8 * DX]]), abs=1e-12)
 
 

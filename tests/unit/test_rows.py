@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 from sets import SETS, scheme
 
-from pysph_boiling.analysis import bubbles
-from pysph_boiling.analysis.ledger import Ledger
 from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase, at_saturation
+from pysph_boiling.runs.ledger import Ledger
+from pysph_boiling.schemes import bubbles
 from pysph_boiling.schemes.effects import Moment
 from pysph_boiling.schemes.effects.base import shared
 from pysph_boiling.schemes.vapour import Vapour

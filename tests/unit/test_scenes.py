@@ -4,9 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.ledger import Ledger
-from pysph_boiling.cli import main, scene_class
+from pysph_boiling.cli import main
+from pysph_boiling.examples import scene_class
 from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import AmbientLoss
 from pysph_boiling.schemes.pbf import PBFScheme

@@ -8,7 +8,8 @@ import pytest
 from matplotlib.image import imread
 
 from pysph_boiling.analysis import surface
-from pysph_boiling.analysis.rendering import bubble_colours, render_run
+from pysph_boiling.analysis.drawing import bubble_colours
+from pysph_boiling.analysis.rendering import render_run
 from pysph_boiling.analysis.surface import draw_surface
 from pysph_boiling.cli import main
 from pysph_boiling.phases import Phase

@@ -1,7 +1,7 @@
 """What a run says of where it was made: asked once, since a file of results is written hundreds of times."""
 from importlib import metadata
 
-from pysph_boiling.examples import application
+from pysph_boiling.runs import application
 
 
 def test_versions_are_asked_once(monkeypatch):

@@ -6,10 +6,10 @@ import pytest
 import sets
 from harness import Stepper
 
-from pysph_boiling.analysis.bubbles import bubble_table
+from pysph_boiling.evaluation.problems.bubble_at_rest import BubbleAtRest
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.problems.bubble_at_rest import BubbleAtRest
+from pysph_boiling.schemes.bubbles import bubble_table
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, HeatConduction, Heater, Venting
 
 DX = 0.004

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pysph_boiling import validation
+from pysph_boiling.evaluation import validate as validation
 
 CASES = validation.cases()
 ROOT = Path(__file__).parents[2]
@@ -66,7 +66,7 @@ def test_another_table_is_refused(tmp_path):
 
 
 CASE = """
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.report.pictures import plot
 
 def run(quick):
     return quick

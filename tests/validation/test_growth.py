@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from pysph_boiling.problems import growth
+from pysph_boiling.evaluation.problems import growth
 
 
 @pytest.fixture(scope="module")

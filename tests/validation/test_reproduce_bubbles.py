@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.shapes import lasting, mendelson, merger, pulsation, rise_speed, shapes, split
+from pysph_boiling.evaluation.reproduce.single_bubbles import budget, rise
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase
-from pysph_boiling.reproduce.single_bubbles import budget, rise
 
 DX, RHO = 0.002, 958.0
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.level import surface_level
+from pysph_boiling.evaluation.reproduce.explosive import energy_parts, settled
+from pysph_boiling.evaluation.reproduce.sensitivity import bounds, bubble, grade, sensitivity
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.phases import Phase
-from pysph_boiling.reproduce.explosive import energy_parts, settled
-from pysph_boiling.reproduce.sensitivity import bounds, bubble, grade, sensitivity
 
 L, C_L = WATER_1ATM.L, WATER_1ATM.c_l
 

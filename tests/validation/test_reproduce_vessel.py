@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
+from pysph_boiling.evaluation.reproduce import modes, sites, steady
 from pysph_boiling.particles import fluid_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.reproduce import modes, sites, steady
 
 T = np.linspace(0.01, 4.0, 400)
 

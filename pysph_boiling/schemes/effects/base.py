@@ -12,9 +12,9 @@ import numpy as np
 
 from pysph_boiling.device import counted, values
 from pysph_boiling.names import nearest
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [

@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from pysph_boiling.equations import bubble_groups, buoyancy, surface_tension
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, any_vapour, param
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import join_labels
@@ -45,7 +45,7 @@ class BubbleLabels(Effect):
             raise ValueError(f"bubbles: labels need all liquid and vapour in one fluid array, got {scene.fluids}")
 
     def columns(self, scene):
-        from pysph_boiling.analysis.bubbles import equivalent_radius, vapour_of
+        from pysph_boiling.schemes.bubbles import equivalent_radius, vapour_of
 
         def number(arrays, scene):
             return float(len(vapour_of(arrays).label))
@@ -68,7 +68,7 @@ class BubbleLabels(Effect):
         return {"bubbles": any_vapour}
 
     def hooks(self, scene):
-        from pysph_boiling.analysis.bubbles import store_sizes
+        from pysph_boiling.schemes.bubbles import store_sizes
 
         def whole_bubbles(arrays):
             join_labels(arrays, scene.bubble_radius(self.link_radius))

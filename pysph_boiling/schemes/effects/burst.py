@@ -6,9 +6,9 @@ import numpy as np
 
 from pysph_boiling.device import largest, summed, values
 from pysph_boiling.equations import dynamic_nucleation
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, Rule, cumulative, param
 from pysph_boiling.schemes.stages import Term
 

@@ -53,7 +53,7 @@ class Condensation(Effect):
         return (cumulative("n_condensed", "-", "particles condensed since the start", "condensed"),)
 
     def hooks(self, scene):
-        from pysph_boiling.schemes import ranks
+        from pysph_boiling.parallel import ranks
         from pysph_boiling.schemes.integrator import set_constant
         from pysph_boiling.schemes.vapour import Vapour
 

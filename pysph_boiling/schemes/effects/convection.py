@@ -4,8 +4,8 @@ from typing import ClassVar
 
 from pysph_boiling.device import counted, summed, values
 from pysph_boiling.equations import convection
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, Rule, param
 from pysph_boiling.schemes.integrator import set_constant
 from pysph_boiling.schemes.stages import Term

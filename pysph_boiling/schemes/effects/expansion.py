@@ -8,8 +8,8 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.device import Subset, summed, values
 from pysph_boiling.equations import expansion
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, param
 from pysph_boiling.schemes.stages import Term
 

@@ -7,8 +7,8 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import heat
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, check_heaters
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, gather, param
 from pysph_boiling.schemes.stages import Term
 

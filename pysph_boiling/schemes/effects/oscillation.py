@@ -8,9 +8,9 @@ import numpy as np
 from pysph_boiling.device import largest, real, summed, values
 from pysph_boiling.equations import oscillation
 from pysph_boiling.names import SchemeError
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
 from pysph_boiling.schemes.stages import Term
@@ -129,7 +129,7 @@ class Oscillation(Effect):
                        for name, meaning in meanings.items() if name in self.constants(scene))
 
         def distance(arrays, scene):
-            from pysph_boiling.analysis.bubbles import bubble_table
+            from pysph_boiling.schemes.bubbles import bubble_table
 
             table = bubble_table(arrays, scene)
             return float(np.mean(table.mean_radius)) if len(table.label) else 0.0

@@ -10,9 +10,9 @@ from scipy.spatial import cKDTree
 from pysph_boiling.device import counted, largest, values
 from pysph_boiling.equations import nucleation, phase_change
 from pysph_boiling.names import SchemeError
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase, at_saturation
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, enthalpies, gather, param, shared
 from pysph_boiling.schemes.stages import Term
 
@@ -172,7 +172,7 @@ class PresetNucleation(Effect):
                 "fewer sites, or set them further apart", stacklevel=2)
 
     def tools(self, scheme):
-        from pysph_boiling.analysis.bubbles import Departures
+        from pysph_boiling.schemes.bubbles import Departures
 
         if "bubbles" in scheme.effects:
             yield Departures(scheme, clearance=self.reach * scheme.spacing)

@@ -6,8 +6,8 @@ import numpy as np
 
 from pysph_boiling.device import Subset, values
 from pysph_boiling.equations import pooling
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE, Property, fill
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Effect, Rule
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import Vapour, nearest_image

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase, enthalpy
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, gather, param
 from pysph_boiling.schemes.vapour import nearest_image
 

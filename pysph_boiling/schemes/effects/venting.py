@@ -7,9 +7,9 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.device import Subset, largest, values
 from pysph_boiling.equations import venting
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
-from pysph_boiling.schemes import ranks
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, param
 from pysph_boiling.schemes.stages import Term
 

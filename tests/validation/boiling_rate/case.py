@@ -1,7 +1,7 @@
 """Steady boiling: see README.md beside this file."""
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE
-from pysph_boiling.problems.boiling_rate import BoilingRate
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.boiling_rate import BoilingRate
+from pysph_boiling.report.pictures import plot
 
 
 def run(quick):

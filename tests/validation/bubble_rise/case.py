@@ -2,8 +2,8 @@
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
-from pysph_boiling.problems.bubble_rise import BubbleRise
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.bubble_rise import BubbleRise
+from pysph_boiling.report.pictures import plot
 from pysph_boiling.schemes.effects import DensityConstraint
 
 

@@ -2,8 +2,8 @@
 import math
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.conduction import FourierMode, HotPlate, TwoBodies, lattice_constant
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.conduction import FourierMode, HotPlate, TwoBodies, lattice_constant
+from pysph_boiling.report.pictures import plot
 
 LATTICES = ((2, 1.0), (2, 1.3), (2, 2.0), (3, 1.0), (3, 1.2), (3, 1.5))  # dimension, h/dx
 DISORDER = (0.0, 0.05, 0.1, 0.2, 0.3)  # spacings

@@ -1,7 +1,7 @@
 """Dam break: see README.md beside this file."""
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE
-from pysph_boiling.problems.dam_break import DamBreak
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.dam_break import DamBreak
+from pysph_boiling.report.pictures import plot
 
 
 def run(quick):

@@ -4,8 +4,8 @@ import math
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE
-from pysph_boiling.problems.growth import Growth, PlaneGrowth
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.growth import Growth, PlaneGrowth
+from pysph_boiling.report.pictures import plot
 
 SPHERE = dict(dim=3, growth=2.0)
 QUICK = {

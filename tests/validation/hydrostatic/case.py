@@ -1,7 +1,7 @@
 """Hydrostatic column: see README.md beside this file."""
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.hydrostatic import HydrostaticColumn
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.hydrostatic import HydrostaticColumn
+from pysph_boiling.report.pictures import plot
 
 ERRORS = {"mean": ("density_mean", ".2f"), "max": ("density_max", ".2f"), "level": ("level", "+.2f"),
           "rest": ("speed", ".2f"), "pairs": ("pairs", ".1f")}  # row -> error, its digits

@@ -4,8 +4,8 @@ import math
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.rotating_drop import RotatingDrop
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.rotating_drop import RotatingDrop
+from pysph_boiling.report.pictures import plot
 
 
 def run(quick):

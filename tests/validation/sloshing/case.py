@@ -1,7 +1,7 @@
 """Sloshing: see README.md beside this file."""
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.drift import SloshingTank
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.drift import SloshingTank
+from pysph_boiling.report.pictures import plot
 
 
 def run(quick):

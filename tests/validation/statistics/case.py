@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.boiling_rate import BoilingRate
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.boiling_rate import BoilingRate
+from pysph_boiling.report.pictures import plot
 
 STORED = Path(__file__).with_name("statistics.json")
 SMALL = BoilingRate(width=30, fill=16, sites=3, duration=3.0, begin=1.0)

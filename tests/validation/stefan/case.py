@@ -2,8 +2,8 @@
 import math
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.stefan import Stefan, front_constant
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.stefan import Stefan, front_constant
+from pysph_boiling.report.pictures import plot
 
 TABLE = {0.1: 0.220016, 0.5: 0.464786, 1.0: 0.620063}
 

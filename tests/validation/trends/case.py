@@ -2,9 +2,9 @@
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, ORANGE
-from pysph_boiling.problems.boiling_rate import BoilingRate
-from pysph_boiling.problems.departure import Departure
-from pysph_boiling.reproduce.pictures import plot
+from pysph_boiling.evaluation.problems.boiling_rate import BoilingRate
+from pysph_boiling.evaluation.problems.departure import Departure
+from pysph_boiling.report.pictures import plot
 
 SMALL = dict(width=30, fill=16, sites=3, begin=1.0)
 

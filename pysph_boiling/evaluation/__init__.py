@@ -1,0 +1,1 @@
+"""Commands that measure: problems with known answers, accuracy, validation, stress, the paper."""

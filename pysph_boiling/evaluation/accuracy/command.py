@@ -1,0 +1,176 @@
+"""The command ``pysph-boiling accuracy``: what accuracy costs in time, measured on this machine."""
+import argparse
+import os
+import statistics
+import time
+from pathlib import Path
+
+from pysph_boiling.checks import require
+from pysph_boiling.evaluation.accuracy.drawing import draw_front, draw_orders
+from pysph_boiling.evaluation.accuracy.front import cheapest
+from pysph_boiling.evaluation.accuracy.knobs import STUDIES, studies
+from pysph_boiling.evaluation.accuracy.measure import Points
+from pysph_boiling.evaluation.accuracy.results import find, percent, write_points
+from pysph_boiling.report.markdown_page import write_report
+from pysph_boiling.report.page import Wording, write_page
+from pysph_boiling.report.sections import Section, Table
+from pysph_boiling.runs.ledger import write_json
+from pysph_boiling.schemes.quality import QUALITIES
+
+__all__ = ["accuracy"]
+
+REPEATS = 3
+BUDGET = {True: 120.0, False: 6000.0}  # [s] after which points are not repeated any more; quick 3 minutes, full 2 hours
+BOUNDS = (0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # errors for which the cheapest settings are listed
+OTHERS = 0.5  # load beyond our own threads from which timings are called disturbed
+
+
+def run(chosen, points, repeats, budget, report):
+    """Run every point, then again in the same order, so that repeats are spread over the time; returns seconds."""
+    begin = time.perf_counter()
+    for done in range(repeats):
+        for study in chosen:
+            for number, problem in enumerate(study.problems(), 1):
+                if points.repeats(problem) > done:
+                    continue
+                if done and time.perf_counter() - begin > budget:
+                    return time.perf_counter() - begin
+                record = points.add(problem)
+                if done == 0:
+                    report(f"{study.key} {number}/{len(study.problems())}: " + (record.get("failed") or "{}; {:.3g} s"
+                           .format(", ".join(f"{name} {value:.3g}" for name, value in record["errors"].items()
+                                             if value is not None), record["seconds"][-1])))
+    return time.perf_counter() - begin
+
+
+def make(findings, points, folder):
+    """Draw, write the data, and return the :class:`Section` of a study."""
+    from pysph_boiling.runs.application import origin
+
+    study, rows = findings.study, findings.rows
+    folder.mkdir(exist_ok=True)
+    pictures = [draw_front(findings, folder / "front.png")]
+    if study.trends:
+        pictures.append(draw_orders(findings, points, folder / "orders.png"))
+    names = sorted({name for row in rows for name in row.record.get("errors", {})} - {study.error})
+    if study.others is not None:
+        names = [name for name in names if name in study.others]
+
+    def told(number, row):
+        record = row.record
+        sweeps = record.get("facts", {}).get("sweeps")
+        return [number, row.settings, row.preset, percent(row.error),
+                *(percent(abs(record["errors"][name])) if record["errors"].get(name) is not None else "none"
+                  for name in names), f"{sweeps:.1f}" if sweeps is not None else "",
+                f"{row.cost:.3g}", f"{100.0 * row.spread:.0f}\N{NO-BREAK SPACE}%", len(record["seconds"])]
+
+    columns = ("", "settings", "preset", "error", *(name.replace("_", " ") for name in names), "sweeps a step",
+               "cost [s/s]", "spread", "runs")
+    tables = [Table(columns, [told(number, rows[k]) for number, k in enumerate(findings.front, 1)],
+                    "The front. Cost is wall seconds per simulated second, median of the runs; spread is half their "
+                    "range over it. What settings do not name is a default.")]
+    presets = findings.presets()
+    if presets:
+        unit = next((row.cost for name, row in presets.items() if "standard" in name), float("nan"))
+        tables.append(Table(("preset", "error", *(name.replace("_", " ") for name in names), "cost [s/s]",
+                             "relative cost", "stated relative cost"),
+                            [[name, percent(row.error), *(percent(abs(row.record["errors"].get(one) or 0.0))
+                              if "errors" in row.record else "none" for one in names), f"{row.cost:.3g}",
+                              f"{row.cost / unit:.2f}", f"{QUALITIES[name.split(', ')[0]].cost:g}"]
+                             for name, row in presets.items()], "The presets."))
+    best = {cheapest([row.cost for row in rows], [row.error for row in rows], bound): bound for bound in BOUNDS}
+    tables.append(Table(("error at most", "cheapest settings", "error", "cost [s/s]"),
+                        [[percent(bound), rows[k].settings, percent(rows[k].error), f"{rows[k].cost:.3g}"]
+                         for k, bound in best.items() if k is not None], "What an error costs."))
+    if findings.orders:
+        tables.append(Table(("trend", "order", "standard error", "points"),
+                            [[name, f"{one.order:.2f}", f"{one.spread:.2f}" if one.spread >= 0.0 else "none",
+                              one.points] for name, one in findings.orders.items()], "Orders of convergence."))
+    failed = [row for row in rows if "failed" in row.record]
+    if failed:
+        tables.append(Table(("settings", "why"), [[row.settings, row.record["failed"]] for row in failed],
+                            "Points that failed."))
+    changing = [row.settings for row in rows if not row.record.get("same", True)]
+    text = f"Reference: {study.problem.reference}. {len(rows)} points."
+    if changing:
+        text += f" Repeats came to different errors at: {'; '.join(changing)}."
+    return Section(study.key, study.title, pictures=pictures, tables=tables,
+                   statements=findings.statements, data=[write_points(findings, folder / "points.csv")], text=text,
+                   origins=[origin()])
+
+
+def loads(every, threads):
+    """Sentence on the load of the machine while the points were measured, and whether it was high."""
+    found = [load for findings in every for row in findings.rows for load in row.record["load"] if load is not None]
+    if not found:
+        return "", False
+    median, most = statistics.median(found), max(found)
+    high = median > threads + OTHERS
+    return (f"The load average before a run was {median:.1f} (median, at the most {most:.1f}) on {os.cpu_count()} "
+            f"cores, with {threads} {'thread' if threads == 1 else 'threads'} of our own."
+            + (" That is high: other work ran beside, and the times are not to be trusted." if high else "")), high
+
+
+def accuracy(arguments):
+    """Measure, draw, and write page, summary and data. Returns the page's path.
+
+    Errors: ``ValueError`` for an unknown study; ``CheckFailed`` where a stated claim does not hold.
+    """
+    from rich.console import Console
+
+    parser = argparse.ArgumentParser(prog="pysph-boiling accuracy", description=(
+        "What accuracy costs in time: error against time for every setting that matters."))
+    parser.add_argument("study", nargs="*", metavar="STUDY", help=f"which ones, all if none is named: "
+                        f"{', '.join(STUDIES)}")
+    parser.add_argument("--quick", action="store_true", help="small scenes, three minutes at most")
+    parser.add_argument("--directory", default=None, help="output folder; default accuracy, accuracy_quick")
+    parser.add_argument("--threads", type=int, default=1, help="threads of a run; default 1")
+    parser.add_argument("--repeats", type=int, default=REPEATS, help=f"runs of a point; default {REPEATS}, fewer where "
+                        "time runs out")
+    parser.add_argument("--list", action="store_true", help="print the points and stop")
+    parser.add_argument("--report", metavar="FILE.md", help="Markdown, which keeps what it has of other studies; "
+                        "default summary.md in the output folder")
+    parser.add_argument("--json", metavar="FILE", help="write points, orders and claims there")
+    options = parser.parse_args(arguments)
+    for name, most in (("threads", os.cpu_count() or 1), ("repeats", 100)):
+        if not 1 <= getattr(options, name) <= most:
+            raise ValueError(f"--{name} must be 1 to {most}, got {getattr(options, name)}")
+    if options.report and (options.quick or Path(options.report).suffix != ".md"):
+        raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
+    console = Console(highlight=False, soft_wrap=True)
+    chosen = studies(options.quick, options.study)
+    if options.list:
+        for study in chosen:
+            for problem in study.problems():
+                console.print(f"{study.key}: {problem!r}", markup=False)
+        return None
+
+    root = Path(options.directory or ("accuracy_quick" if options.quick else "accuracy"))
+    root.mkdir(parents=True, exist_ok=True)
+    points = Points(root / "points.json", options.threads)
+    took = run(chosen, points, options.repeats, BUDGET[options.quick],
+               lambda line: console.print(line, markup=False))
+    every = [find(study, points, options.quick) for study in chosen]
+    sections = [make(findings, points, root / findings.study.key) for findings in every]
+    note, _ = loads(every, options.threads)
+    wording = Wording(
+        title="What accuracy costs in time",
+        intro="Problems with known answers, with each numerical setting varied, alone and together where they trade: "
+              "error against wall time. Compiling is not counted. {form}" + note,
+        quick="This is the quick form: small scenes that show that everything works. ", counted="claims",
+        sides=("stated", "measured"), command="accuracy")
+    page = write_page(sections, root, quick=options.quick, wording=wording)
+    write_report(sections, root, options.report or root / "summary.md", STUDIES, quick=options.quick, wording=wording)
+    if options.json:
+        write_json(options.json, {findings.study.key: dict(
+            points=[dict(settings=row.settings, preset=row.preset, error=row.error, cost=row.cost, spread=row.spread,
+                         errors=row.record.get("errors"), failed=row.record.get("failed")) for row in findings.rows],
+            front=[findings.rows[k].settings for k in findings.front],
+            orders={name: one._asdict() for name, one in findings.orders.items()},
+            claims={one.paper: one.agrees for one in findings.statements}) for findings in every})
+    console.print(f"{sum(len(study.problems()) for study in chosen)} points, {took:.0f} s; {note}", markup=False)
+    console.print(f"page: {page}", markup=False)
+    failed = [f"{findings.study.key}: {one.paper} (measured {one.ours})" for findings in every
+              for one in findings.statements if not one.agrees]
+    require(not failed, "; ".join(failed))
+    return page

@@ -1,0 +1,102 @@
+"""One run of a problem in a process of its own, and the file of all that were made."""
+import hashlib
+import json
+import math
+import multiprocessing
+import os
+from functools import cache
+from pathlib import Path
+
+import pysph_boiling
+from pysph_boiling.runs.ledger import write_json
+
+__all__ = ["Points", "digest", "measure"]
+
+MODEL = ("*.py", "equations/*.py", "schemes/**/*.py", "problems/*.py", "examples/*.py")  # what a run depends on
+
+
+@cache
+def digest():
+    """Short hash of the sources that a run depends on: a change of the model makes every point anew."""
+    root, found = Path(pysph_boiling.__file__).parent, hashlib.sha256()
+    for file in sorted(file for pattern in MODEL for file in root.glob(pattern) if file.name != "cli.py"):
+        found.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def perform(problem, threads, end):
+    """Run and send what came of it; the body of the process."""
+    from pysph.base.nnps_base import set_number_of_threads
+
+    set_number_of_threads(threads)
+    try:
+        found = problem.run()
+        end.send(dict(errors=found.errors, facts=found.facts, seconds=found.seconds, simulated=found.simulated,
+                      steps=found.steps, particles=found.particles))
+    except Exception as error:  # whatever it is, the point failed and the page says why
+        end.send(dict(failed=f"{type(error).__name__}: {error}"))
+
+
+def measure(problem, threads=1):
+    """Outcome of a run as a dictionary, with the load of the machine before it; ``failed`` says why there is none."""
+    context = multiprocessing.get_context("spawn")  # in a fork of a process that has used threads, OpenMP hangs
+    ours, theirs = context.Pipe(duplex=False)
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
+    process = context.Process(target=perform, args=(problem, threads, theirs))
+    process.start()
+    theirs.close()
+    try:
+        found = ours.recv()
+    except EOFError:
+        process.join()
+        found = dict(failed=f"the process ended with exit status {process.exitcode}")
+    process.join()
+    return {**found, "load": load}
+
+
+class Points:
+    """The points measured so far, kept in a JSON file: one record a problem, threads and state of the sources.
+
+    A record holds the outcome and the lists ``seconds`` and ``load``, an entry a repeat; ``same`` is false if a repeat
+    came to other errors than the first.
+    """
+
+    def __init__(self, file, threads=1):
+        self.file, self.threads = Path(file), threads
+        self.records = json.loads(self.file.read_text()) if self.file.exists() else {}
+
+    def key(self, problem):
+        """Short hash of everything that the point depends on."""
+        text = f"{problem!r} {self.threads} {digest()}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def get(self, problem):
+        """The record of a problem, ``None`` if it was not run yet."""
+        return self.records.get(self.key(problem))
+
+    def repeats(self, problem):
+        """How often it was run; a point that failed counts as done."""
+        record = self.get(problem)
+        return 0 if record is None else math.inf if "failed" in record else len(record["seconds"])
+
+    def add(self, problem):
+        """Run the problem once more, and write the file."""
+        found, record = plain(measure(problem, self.threads)), self.get(problem)
+        if record is None or "failed" in found:
+            record = {"problem": repr(problem), **found, "seconds": [], "load": [], "same": True}
+        if "failed" not in found:
+            record["seconds"].append(found["seconds"])
+            record["load"].append(found["load"])
+            record["same"] = record["same"] and record["errors"] == found["errors"]
+        self.records[self.key(problem)] = record
+        write_json(self.file, self.records)
+        return record
+
+
+def plain(value):
+    """Numbers that JSON knows; what is not finite becomes ``None``."""
+    if isinstance(value, dict):
+        return {name: plain(one) for name, one in value.items()}
+    if isinstance(value, (str, bool, type(None), int)):
+        return value
+    return float(value) if math.isfinite(value) else None

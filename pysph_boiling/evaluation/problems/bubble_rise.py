@@ -1,0 +1,119 @@
+"""One bubble that rises through still water: its speed, whatever the time step and the sweeps."""
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from pysph.base import kernels
+
+from pysph_boiling.analysis.shapes import shapes
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.examples.bubble_rise import BubbleRise as Scene
+from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.phases import Phase
+from pysph_boiling.runs.stepper import Stepper
+from pysph_boiling.schemes.effects import DensityConstraint, HeatConduction
+
+__all__ = ["BubbleRise", "blow", "still_water"]
+
+STILL = dict(burst=None, condensation=None, pooling=None, expansion=None, oscillation=None, venting=None,
+             heat=HeatConduction(acceleration=1e-9))  # so that the bubble only rises
+
+
+def still_water(p, *, share, settle, kernel="CubicSpline", hdx=1.2, **effects):
+    """The scene with parameters ``p``, heat standing still, after ``settle`` [s]: (scheme, fluid, stepper).
+
+    ``share`` is the time step over t*; ``effects`` (slot -> effect) take the place of the scene's own.
+    """
+    scene = Scene()
+    scheme = scene.make_scheme(p)
+    scheme.kernel, scheme.hdx = getattr(kernels, kernel)(dim=p.dim), hdx
+    scheme.set_effects(**effects, **STILL)
+    arrays = scene.make_particles(p, scheme)
+    scheme.setup_properties(arrays)
+    scheme.set_temperature(arrays[0], WATER_1ATM.T_sat - 1.0)
+    stepper = Stepper(scheme, arrays, dt=scheme.time_step(share))
+    stepper.step(math.ceil(settle / stepper.dt))
+    return scheme, arrays[0], stepper
+
+
+def blow(fluid, inside):
+    """Make a bubble of the particles ``inside`` (n,), a mask."""
+    fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
+
+
+@dataclass(frozen=True, kw_only=True)
+class BubbleRise(Problem):
+    """The flat scene of :mod:`pysph_boiling.examples.bubble_rise` with heat standing still, several starts.
+
+    ``diameter`` [m] of the bubble, of ``cells`` particles; ``share`` is the time step over t* = sqrt(spacing/g); the
+    water settles for ``settle`` sqrt(diameter/g) before the bubble is put into it. Each of ``starts`` runs begins with
+    another disturbance of the lattice, drawn from ``seed`` and following ones. The speed is that between 2.5 and 5.5
+    diameters above the base.
+
+    Errors: ``shredded``, the largest share of the vapour outside its largest piece; ``unsteady``, relative difference
+    of the speeds in the two halves of the way. Facts: ``speed`` over sqrt(g diameter), mean of the starts, its range
+    ``speed_low``, ``speed_high`` and standard error ``speed_error``.
+    """
+
+    title: ClassVar[str] = "bubble rise"
+    reference: ClassVar[str] = "speed with the smallest time step, the most sweeps"
+    diameter: float = 0.012
+    cells: float = 6.0
+    share: float = 0.07
+    kernel: str = "CubicSpline"
+    hdx: float = 1.2
+    density: DensityConstraint = field(default_factory=DensityConstraint)
+    settle: float = 8.0
+    starts: int = 3
+    seed: int = 1
+
+    WIDTH: ClassVar[float] = 4.0  # of the tank; lengths in diameters
+    FILL: ClassVar[float] = 7.5
+    START: ClassVar[float] = 1.0
+    WINDOW: ClassVar[tuple[float, float]] = (2.5, 5.5)
+    PATIENCE: ClassVar[float] = 60.0  # sqrt(diameter/g) after which a bubble that has not arrived will not
+
+    def run(self):
+        runs = [self.one(self.seed + start) for start in range(self.starts)]
+        speeds = np.array([run["speed"] for run in runs])
+        return Outcome(
+            errors={name: float(np.mean([run[name] for run in runs])) for name in ("shredded", "unsteady")},
+            seconds=sum(run["seconds"] for run in runs), simulated=sum(run["simulated"] for run in runs),
+            steps=sum(run["steps"] for run in runs), particles=runs[0]["particles"],
+            curves={"t sqrt(g/d) [-]": runs[0]["t"], "height [diameters]": runs[0]["height"]},
+            facts=dict(speed=float(speeds.mean()), speed_low=float(speeds.min()), speed_high=float(speeds.max()),
+                       speed_error=float(speeds.std(ddof=1) / math.sqrt(self.starts)) if self.starts > 1 else 0.0,
+                       sweeps=float(np.mean([run["sweeps"] for run in runs]))))
+
+    def one(self, seed):
+        """One start; lengths in diameters, times in sqrt(diameter/g)."""
+        spacing = self.diameter / self.cells
+        p = BubbleRiseParameters(dim=2, spacing=spacing, width=round(self.WIDTH * self.cells),
+                                 fill=round(self.FILL * self.cells), diameter=self.cells,
+                                 height=self.START * self.cells, superheat=0.0, seed=seed)
+        unit = math.sqrt(self.diameter / 9.81)
+        scheme, fluid, stepper = still_water(p, share=self.share, settle=self.settle * unit, kernel=self.kernel,
+                                             hdx=self.hdx, density=self.density)
+
+        x, y = fluid.x / spacing - 0.5 * p.width, fluid.y / spacing - p.height
+        blow(fluid, np.hypot(x, y) < 0.5 * self.cells)
+        begin, every = stepper.t, max(1, round(0.1 * unit / stepper.dt))
+        t, height, shredded, sweeps = [], [], 0.0, []
+        while not height or height[-1] < self.WINDOW[1]:
+            stepper.step(every)
+            found = shapes(fluid, 2, scheme.rho0)
+            t.append((stepper.t - begin) / unit)
+            if not found or t[-1] > self.PATIENCE:
+                raise RuntimeError(f"the bubble does not rise: it is at {height[-1]:.2g} diameters after {t[-1]:.2g} "
+                                   "sqrt(diameter/g)" if height else "there is no bubble")
+            height.append(float(found[0].centroid[1]) / self.diameter)
+            shredded = max(shredded, 1.0 - found[0].n / sum(shape.n for shape in found))
+            sweeps.append(fluid.sweeps[1])
+        low, high = self.WINDOW
+        at = np.interp([low, 0.5 * (low + high), high], height, t)
+        lower, upper = 0.5 * (high - low) / np.diff(at)
+        return dict(speed=(high - low) / (at[2] - at[0]), unsteady=abs(upper / lower - 1.0), shredded=shredded,
+                    sweeps=float(np.mean(sweeps)), seconds=stepper.seconds, simulated=stepper.t,
+                    steps=stepper.solver.count, particles=len(fluid.x), t=np.array(t), height=np.array(height))

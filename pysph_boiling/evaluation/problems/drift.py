@@ -1,0 +1,135 @@
+"""What must not change: the energy of sloshing water, which nothing feeds, and the momentum of a periodic box."""
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from pysph.base import kernels
+from pysph.base.nnps import DomainManager
+
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.particles import box_vessel, fluid_block
+from pysph_boiling.runs.stepper import Stepper
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
+
+__all__ = ["PeriodicBox", "SloshingTank"]
+
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True, kw_only=True)
+class SloshingTank(Problem):
+    """Water at rest in a closed flat tank is set in motion as in its lowest standing wave, without viscosity.
+
+    ``length`` [m] of the tank, of ``cells`` particles; ``depth`` [m]; ``surface`` is the largest speed of the surface
+    over sqrt(g depth); ``share`` the time step over t* = sqrt(spacing/g). The water settles for ``settle``
+    sqrt(depth/g) before, then it is watched for ``periods`` of the wave.
+
+    Errors, over the kinetic energy that it was given: ``gain``, the largest excess of kinetic and potential energy
+    over the start (0 is right); ``loss``, what is gone after one period (0 is right, the sweeps eat some). ``period``
+    is relative to the linear theory, T = 2 pi/sqrt(g k tanh(k depth)), k = pi/length.
+    """
+
+    title: ClassVar[str] = "sloshing tank"
+    reference: ClassVar[str] = "energy never above the start, linear theory of standing waves (Lamb 1932, art. 228)"
+    length: float = 1.0
+    depth: float = 0.5
+    cells: int = 40
+    surface: float = 0.25
+    share: float = 0.07
+    kernel: str = "CubicSpline"
+    hdx: float = 1.2
+    density: DensityConstraint = field(default_factory=DensityConstraint)
+    viscosity: XSPHViscosity | None = None
+    settle: float = 12.0
+    periods: float = 1.1
+
+    def run(self):
+        spacing = self.length / self.cells
+        lower, upper = (0.0, 0.0, 0.0), (self.length, 1.6 * self.depth, 0.0)
+        scheme = BoilingScheme(
+            ["fluid"], ["wall"], dim=2, spacing=spacing, hdx=self.hdx, material=WATER_1ATM,
+            kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
+            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity)
+        common = dict(spacing=spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
+        fluid = fluid_block(lower, (self.length, self.depth, 0.0), **common)
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
+        scheme.setup_properties([fluid, wall])
+        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.share))
+        stepper.step(math.ceil(self.settle * math.sqrt(self.depth / GRAVITY) / stepper.dt))
+
+        k = math.pi / self.length
+        period = 2.0 * math.pi / math.sqrt(GRAVITY * k * math.tanh(k * self.depth))
+        speed = self.surface * math.sqrt(GRAVITY * self.depth) / math.sinh(k * self.depth)
+        fluid.u[:] = speed * np.sin(k * fluid.x) * np.cosh(k * fluid.y)
+        fluid.v[:] = -speed * np.cos(k * fluid.x) * np.sinh(k * fluid.y)
+
+        def energy():  # [J/m]
+            return float(np.sum(fluid.m * (0.5 * (fluid.u**2 + fluid.v**2) + GRAVITY * fluid.y)))
+
+        given, start = float(np.sum(0.5 * fluid.m * (fluid.u**2 + fluid.v**2))), energy()
+        begin, rest = stepper.t, fluid.x.mean()
+        t, excess, shift = [0.0], [0.0], [0.0]
+        while t[-1] < self.periods:
+            stepper.step()
+            t.append((stepper.t - begin) / period)
+            excess.append((energy() - start) / given)
+            shift.append(float(fluid.x.mean() - rest) / self.length)
+        t, excess, shift = map(np.array, (t, excess, shift))
+        returned = np.flatnonzero((shift[:-1] > 0.0) & (shift[1:] <= 0.0))
+        half = np.nan
+        if len(returned):  # the water is back at its middle after half a period
+            i = returned[0]
+            half = t[i] + (t[i + 1] - t[i]) * shift[i] / (shift[i] - shift[i + 1])
+        return Outcome(
+            errors=dict(gain=float(excess.max()), loss=float(-np.interp(1.0, t, excess)),
+                        period=float(2.0 * half - 1.0)),
+            seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x),
+            curves={"t [periods]": t, "energy over the start [-]": excess, "shift [lengths]": shift})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodicBox(Problem):
+    """A disordered lattice relaxes in a periodic box that it drifts through, without gravity.
+
+    ``cells`` particles of ``spacing`` [m] on a side, displaced by up to ``jitter`` spacings; ``speed`` [m/s] along x;
+    ``dt`` [s]. Errors: ``momentum``, the largest change of the mean velocity over ``speed``; ``mass``, relative.
+    """
+
+    title: ClassVar[str] = "periodic box"
+    reference: ClassVar[str] = "momentum and mass of the start"
+    cells: int = 12
+    spacing: float = 0.1
+    jitter: float = 0.2
+    speed: float = 1.0
+    dt: float = 0.01
+    steps: int = 200
+    kernel: str = "CubicSpline"
+    hdx: float = 1.2
+    density: DensityConstraint = field(default_factory=DensityConstraint)
+
+    def run(self):
+        size = self.cells * self.spacing
+        scheme = BoilingScheme(
+            ["fluid"], ["wall"], dim=2, spacing=self.spacing, hdx=self.hdx, material=WATER_1ATM, gravity=(0.0,) * 3,
+            kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
+            container=BoxContainer(lower=(-9.0 * size, -9.0 * size, 0.0), upper=(9.0 * size, 9.0 * size, 0.0)),
+            viscosity=XSPHViscosity(wall=1.0))
+        common = dict(spacing=self.spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
+        fluid = fluid_block((0.0,) * 3, (size, size, 0.0), jitter=self.jitter, **common)
+        wall = fluid_block((0.0,) * 3, (2.0 * self.spacing, 2.0 * self.spacing, 0.0), name="wall", **common)
+        wall.m[:] = 0.0  # the set has walls, the box has none
+        scheme.setup_properties([fluid, wall])
+        fluid.u[:] = self.speed
+        stepper = Stepper(scheme, [fluid, wall], dt=self.dt, domain=DomainManager(
+            xmin=0.0, xmax=size, ymin=0.0, ymax=size, periodic_in_x=True, periodic_in_y=True))
+        mass, worst = fluid.m.sum(), 0.0
+        for _ in range(self.steps):
+            stepper.step()
+            drift = np.array([np.sum(fluid.m * fluid.u), np.sum(fluid.m * fluid.v)]) / mass - (self.speed, 0.0)
+            worst = max(worst, float(np.abs(drift).max()) / self.speed)
+        return Outcome(
+            errors=dict(momentum=worst, mass=abs(float(fluid.m.sum() / mass) - 1.0)), seconds=stepper.seconds,
+            simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x))

@@ -1,0 +1,209 @@
+"""Growth in superheated liquid at equal density, R = 2 b sqrt(alpha t): a bubble (disc, sphere), a plane layer."""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from pysph.base.nnps import DomainManager
+from scipy.optimize import brentq
+from scipy.spatial import cKDTree
+from scipy.special import erfc, erfcx, exp1
+
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.particles import fluid_block
+from pysph_boiling.phases import Phase, temperature
+from pysph_boiling.runs.stepper import Stepper
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import BubbleLabels, HeatConduction, LatentPooling, PhaseChange
+
+__all__ = ["Growth", "PlaneGrowth", "ball", "growth_constant", "profile"]
+
+DX, SUPERHEAT = 1e-3, 20.0  # spacing [m], superheat far away [K]
+OFFSET = np.array([0.13, 0.29, 0.37])  # of the centre from a lattice corner, in spacings: no accidental symmetry
+WIDTH = 8  # spacings across the periodic direction of a plane layer
+
+
+def growth_constant(dim, stefan):
+    """b of R = 2 b sqrt(alpha t) for a plane (1), a disc (2) or a sphere (3) at equal density; ``stefan`` = c dT/L."""
+    left = {1: lambda b: math.sqrt(math.pi) * b * erfcx(b),
+            2: lambda b: b * b * math.exp(b * b) * exp1(b * b),
+            3: lambda b: 2.0 * b * b * (1.0 - math.sqrt(math.pi) * b * erfcx(b))}[dim]
+    return brentq(lambda b: left(b) - stefan, 1e-6, 10.0)
+
+
+def profile(r, R, b, dim):
+    """(T - T_sat)/(T_far - T_sat) at distance ``r`` from the centre when the bubble has radius ``R``; 0 inside."""
+    s = np.maximum(b * np.asarray(r) / R, b)
+    shape = {1: erfc,
+             2: lambda s: exp1(s * s),
+             3: lambda s: np.exp(-s * s) / s - math.sqrt(math.pi) * erfc(s)}[dim]
+    return 1.0 - shape(s) / shape(b)
+
+
+def ball(radius, dim):
+    """Area of a disc or volume of a sphere."""
+    return math.pi * radius**2 if dim == 2 else 4.0 / 3.0 * math.pi * radius**3
+
+
+def still_fluid(stefan, effects, *, dim, hdx=1.2):
+    """Scheme of particles that stand still; vapour takes no heat, as in the formula."""
+    water = WATER_1ATM
+    material = water.with_(name="test fluid", L=water.c_l * SUPERHEAT / stefan, c_v=water.c_l, k_v=1e-6 * water.k_l)
+    return BoilingScheme(["fluid"], [], dim=dim, spacing=DX, material=material, density=None, hdx=hdx,
+                         heat=HeatConduction(), **effects)
+
+
+def moments(scheme, b, first, last):
+    """Times [s] at which the radius is ``first`` and ``last`` spacings, and the steps between them."""
+    material = scheme.material
+    alpha = material.k_l / (material.rho_l * material.c_l)
+    times = (DX * np.array([first, last]) / (2.0 * b)) ** 2 / alpha
+    return times, math.ceil(np.ptp(times) / scheme.effects["heat"].step_limit(scheme.scene()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Growth(Problem):
+    """A disc or a sphere of vapour grows to ``growth`` times its radius, from the exact profile. Lengths in spacings.
+
+    ``error``: of the vapour's volume; ``ahead``: of its radius [spacings]; ``latent_error``: of the volume with stored
+    latent heat counted; ``roundness``: standard deviation of the radius of the outermost vapour, over its mean;
+    ``energy``: change of the enthalpy. What comes of stored heat when the bubble departs in the end is in ``facts``.
+    """
+
+    title = "growth of a bubble in superheated liquid"
+    reference = "R = 2 b sqrt(alpha t), similarity solution at equal density"
+
+    dim: int = 2
+    stefan: float = 0.3
+    radius: float = 4.0  # at the start
+    growth: float = 2.5  # final radius over that
+    jitter: float = 0.0  # of the particles, in spacings
+    pooled: bool = True
+    interrupt: str = "hold"
+    vapour_as_site: bool = True
+    kinetic_radius: float = 1.4
+
+    def scheme(self):
+        pooled = dict(bubbles=BubbleLabels(), pooling=LatentPooling()) if self.pooled else {}
+        return still_fluid(self.stefan, dict(phases=PhaseChange(
+            interrupt=self.interrupt, vapour_as_site=self.vapour_as_site, kinetic_radius=self.kinetic_radius),
+            **pooled), dim=self.dim)
+
+    def start(self, scheme, b):
+        """Particles with the exact profile: vapour in the nearest of them, what is left over stored next to it."""
+        last = self.growth * self.radius
+        reach = DX * math.ceil(last * {2: 2.0, 3: 1.7}[self.dim] / b)  # (T_far - T)/(T_far - T_sat) < 0.5 %
+        centre = DX * OFFSET * (np.arange(3) < self.dim)
+        fluid = fluid_block((-reach,) * 3, (reach,) * 3, spacing=DX, dim=self.dim, rho0=scheme.rho0,
+                            jitter=self.jitter, inside=lambda p: np.linalg.norm(p - centre, axis=1) < reach)
+        scheme.setup_properties([fluid])
+        r = np.linalg.norm(self.points(fluid) - centre, axis=1)
+        L, volume = scheme.material.L, ball(self.radius, self.dim)
+        vapour = np.argsort(r)[:int(volume)]
+        fluid.e[:] = scheme.material.c_l * SUPERHEAT * profile(r, self.radius * DX, b, self.dim)
+        fluid.phase[:] = Phase.SUPERHEATED
+        fluid.e[vapour], fluid.phase[vapour] = L, Phase.VAPOUR
+        near = np.argsort(r)[int(volume):][:int(2.0 * self.dim * self.radius)]
+        fluid.e[near] += (volume - int(volume)) * L / len(near)
+        fluid.T[:] = temperature(fluid.e, fluid.phase, scheme.material)
+        return fluid
+
+    @staticmethod
+    def points(fluid):
+        return np.stack([fluid.x, fluid.y, fluid.z], -1)
+
+    def run(self):
+        scheme, b = self.scheme(), growth_constant(self.dim, self.stefan)
+        fluid, material = self.start(scheme, b), scheme.material
+        times, steps = moments(scheme, b, self.radius, self.growth * self.radius)
+        stepper = Stepper(scheme, [fluid], dt=np.ptp(times) / steps)
+        energy, hottest, history = np.sum(fluid.m * fluid.e), 0.0, []
+
+        def step():
+            stepper.step()
+            return float(np.max(fluid.T) - material.T_sat) / SUPERHEAT - 1.0
+
+        for done in range(steps):
+            hottest = max(hottest, step())
+            if done % max(1, steps // 200) == 0 or done == steps - 1:
+                n = float(np.sum(fluid.phase == Phase.VAPOUR))
+                history.append((times[0] + stepper.t, (n / ball(1.0, self.dim)) ** (1.0 / self.dim)))
+        seconds = stepper.seconds
+        vapour, stored = fluid.phase == Phase.VAPOUR, fluid.phase == Phase.TRANSITION
+        place = self.points(fluid)
+        place -= place[vapour].mean(0)
+        exact, found = ball(self.growth * self.radius, self.dim), float(vapour.sum())
+        latent = found + float(fluid.e[stored].sum()) / material.L
+        errors = dict(
+            error=found / exact - 1.0, ahead=self.growth * self.radius * ((found / exact) ** (1.0 / self.dim) - 1.0),
+            latent_error=latent / exact - 1.0, roundness=roundness(place, vapour), hottest=hottest,
+            stored=(latent - found) / exact)
+        facts = dict(vaporised=int(fluid.vaporised.sum()), interrupted=int(fluid.interrupted.sum()))
+        before = np.sum(fluid.m * fluid.e)
+        fluid.e[vapour], fluid.phase[vapour] = 0.0, Phase.SUPERHEATED  # the bubble departs, liquid takes its place
+        energy += np.sum(fluid.m * fluid.e) - before
+        step()  # the interruption
+        hidden = float(np.minimum(fluid.e, fluid.e_lat).sum()) if self.interrupt == "hold" else 0.0
+        errors.update(departure=max(step() for _ in range(20)), hidden=hidden / (exact * material.L),
+                      energy=float(abs(np.sum(fluid.m * fluid.e) / energy - 1.0)))
+        t, radius = np.array(history).T
+        alpha = material.k_l / (material.rho_l * material.c_l)
+        return Outcome(errors=errors, seconds=seconds, simulated=float(np.ptp(times)), steps=steps,
+                       particles=len(fluid.e), facts=facts,
+                       curves={"t [s]": t, "R [dx]": radius, "exact [dx]": 2.0 * b * np.sqrt(alpha * t) / DX,
+                               "x [dx]": place[:, 0] / DX, "y [dx]": place[:, 1] / DX, "z [dx]": place[:, 2] / DX,
+                               "vapour [-]": vapour.astype(float)})
+
+
+def roundness(place, vapour):
+    """Standard deviation of the radius of the outermost vapour, over its mean: 0 for a circle or a sphere."""
+    inner = place[vapour]
+    distance, _ = cKDTree(place[~vapour]).query(inner)
+    r = np.linalg.norm(inner[distance < 1.3 * DX], axis=1)
+    return float(np.std(r) / np.mean(r))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneGrowth(Problem):
+    """A plane layer of vapour grows to ``growth`` times its thickness, from the exact profile. Lengths in spacings.
+
+    ``error``: of the thickness, stored latent heat counted; ``ahead``: the same in spacings; ``energy``: change of the
+    enthalpy. Latent heat is each particle's own: a plane has no dendrites on a lattice.
+    """
+
+    title = "growth of a plane layer in superheated liquid"
+    reference = "R = 2 b sqrt(alpha t), sqrt(pi) b exp(b^2) erfc(b) = St"
+
+    stefan: float = 0.3
+    radius: float = 4.0  # thickness at the start
+    growth: float = 2.5  # final thickness over that
+    hdx: float = 1.3  # the lattice constant of 1.2 is .981: no refinement would take that away
+
+    def run(self):
+        scheme, b = still_fluid(self.stefan, dict(phases=PhaseChange()), dim=2, hdx=self.hdx), growth_constant(
+            1, self.stefan)
+        last, material = self.growth * self.radius, scheme.material
+        height = math.ceil(2.0 / b * last)  # (T_far - T)/(T_far - T_sat) < 0.7 %
+        fluid = fluid_block((0.0, 0.0, 0.0), (WIDTH * DX, height * DX, 0.0), spacing=DX, dim=2, rho0=scheme.rho0,
+                            hdx=self.hdx)
+        scheme.setup_properties([fluid])
+        inside = fluid.y < self.radius * DX
+        fluid.e[:] = np.where(inside, material.L, material.c_l * SUPERHEAT * profile(fluid.y, self.radius * DX, b, 1))
+        fluid.phase[:] = np.where(inside, Phase.VAPOUR, Phase.SUPERHEATED)
+        times, steps = moments(scheme, b, self.radius, last)
+        stepper = Stepper(scheme, [fluid], dt=np.ptp(times) / steps, domain=DomainManager(
+            xmin=0.0, xmax=WIDTH * DX, periodic_in_x=True))
+        energy, history = np.sum(fluid.m * fluid.e), []
+        for done in range(steps):
+            stepper.step()
+            if done % max(1, steps // 200) == 0 or done == steps - 1:
+                vapour, stored = fluid.phase == Phase.VAPOUR, fluid.phase == Phase.TRANSITION
+                thickness = float(vapour.sum() + fluid.e[stored].sum() / material.L) / WIDTH
+                history.append((times[0] + stepper.t, thickness))
+        t, thickness = np.array(history).T
+        alpha = material.k_l / (material.rho_l * material.c_l)
+        return Outcome(errors={"error": float(thickness[-1] / last - 1.0), "ahead": float(thickness[-1] - last),
+                               "energy": float(abs(np.sum(fluid.m * fluid.e) / energy - 1.0))},
+                       seconds=stepper.seconds, simulated=float(np.ptp(times)), steps=steps, particles=len(fluid.e),
+                       facts={"vaporised": int(fluid.vaporised.sum())},
+                       curves={"t [s]": t, "R [dx]": thickness, "exact [dx]": 2.0 * b * np.sqrt(alpha * t) / DX})

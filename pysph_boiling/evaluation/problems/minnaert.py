@@ -1,0 +1,107 @@
+"""Minnaert 1933: a bubble in a pool, its volume disturbed, rings with the period of theory, seen in its particles."""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import curve_fit
+
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.particles import add_properties, box_vessel, fluid_block
+from pysph_boiling.phases import Phase
+from pysph_boiling.runs.stepper import Stepper
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import (
+    BoxContainer,
+    BubbleLabels,
+    Cohesion,
+    Expansion,
+    HeatConduction,
+    Oscillation,
+    PhaseChange,
+    XSPHViscosity,
+)
+
+__all__ = ["RingingBubble"]
+
+PRESSURE, KAPPA = 101325.0, 1.33  # of the steam
+
+
+def swing(t, mean, size, omega, phase, rate):
+    """A damped oscillation about a mean."""
+    return mean + size * np.exp(-rate * t) * np.cos(omega * t + phase)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RingingBubble(Problem):
+    """A ball of vapour at rest in a pool (3-D), at ``disturbed`` times its rest volume, for three periods.
+
+    Volume, rest volume of the particles, density sweeps and radius constraint all have their part in it. Vapour is as
+    heavy as the liquid here and expands by nothing, so the bubble neither rises nor bursts. The mean radius after half
+    a period, when the pool has settled, is fitted by a damped oscillation.
+
+    ``period``: over theory, minus 1; ``decay``: difference from theory, as share of the amplitude in a period;
+    ``unexplained``: standard deviation left by the fit, over that of the radius; ``apart``: share of the vapour that is
+    no longer in the bubble. Fact ``fR`` [m/s]: frequency times radius in the bubble's own time.
+    """
+
+    title = "ringing bubble"
+    reference = "omega^2 = (3 kappa p_gas - 2 sigma/R)/(rho R^2), decay 2 mu/(rho R^2): Minnaert 1933"
+
+    radius: float = 1.9  # spacings
+    disturbed: float = 0.85  # of the rest volume
+    viscosity: float = 0.0  # Pa s
+    spacing: float = 0.004  # m
+    width: int = 12  # of the pool, in spacings
+    time_scale: float = 30.0  # the oscillation runs this many times slower than in nature
+
+    def run(self):
+        water, dx = WATER_1ATM, self.spacing
+        upper = np.full(3, self.width * dx)
+        scheme = BoilingScheme(
+            ["fluid"], ["wall"], dim=3, spacing=dx, container=BoxContainer(upper=tuple(upper + dx)),
+            viscosity=XSPHViscosity(), heat=HeatConduction(), phases=PhaseChange(), bubbles=BubbleLabels(),
+            tension=Cohesion(), expansion=Expansion(v_exp=1.0), oscillation=Oscillation(
+                form="rayleigh_plesset", time_scale=self.time_scale, pressure=PRESSURE, kappa=KAPPA,
+                viscosity=self.viscosity))
+        common = dict(spacing=dx, dim=3, rho0=water.rho_l)
+        fluid = fluid_block((0.0,) * 3, upper, jitter=0.01, seed=1, **common)
+        wall = box_vessel((0.0,) * 3, upper + (0.0, 0.0, 3.0 * dx), kernel=scheme.kernel, **common)
+        scheme.setup_properties([fluid, wall])
+        add_properties(fluid, Oscillation(form="hysteresis").properties(scheme.scene()))  # to share modules with it
+        scheme.set_temperature(fluid, water.T_sat - 2.0)
+        x = np.stack([fluid.x, fluid.y, fluid.z], -1)
+        bubble = np.linalg.norm(x - 0.5 * upper, axis=1) < self.radius * dx
+        fluid.phase[bubble], fluid.e[bubble], fluid.swell[bubble] = Phase.VAPOUR, water.L, self.disturbed
+        stepper = Stepper(scheme, [fluid, wall])
+
+        R, period, decay = self.theory(int(bubble.sum()))
+        t, r = [], []
+        while stepper.t < 3.0 * period:
+            stepper.step()
+            x = np.stack([fluid.x, fluid.y, fluid.z], -1)[bubble]
+            t.append(stepper.t)
+            r.append(np.mean(np.linalg.norm(x - x.mean(axis=0), axis=1)) / dx)
+        t, r = np.array(t), np.array(r)
+        late = t > 0.5 * period
+        guess = (r[late].mean(), 0.5 * np.ptp(r[late]), 2.0 * math.pi / period,
+                 0.0 if self.disturbed > 1.0 else math.pi, decay)
+        fit = curve_fit(swing, t[late], r[late], p0=guess)[0]
+        found, rate = 2.0 * math.pi / fit[2], fit[4]
+        return Outcome(
+            errors={"period": float(found / period - 1.0), "decay": float((rate - decay) * period),
+                    "unexplained": float(np.std(r[late] - swing(t[late], *fit)) / np.std(r[late])),
+                    "apart": float(np.mean(fluid.bubble[bubble] != fluid.uid[bubble].min()))},
+            seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.m),
+            curves={"t [s]": t, "r [dx]": r, "fit [dx]": swing(t, *fit)},
+            facts={"N": int(bubble.sum()), "rate": float(rate), "rate of theory": decay, "steps a period": period
+                   / stepper.dt, "fR": float(R * self.time_scale / found)})
+
+    def theory(self, n):
+        """Rest radius [m], period and rate of decay [s, 1/s] in the time of the scene, of a bubble of n particles."""
+        water = WATER_1ATM
+        R = (3.0 * n * self.spacing**3 / (4.0 * math.pi)) ** (1.0 / 3.0)
+        gas = PRESSURE + 2.0 * water.sigma / R
+        omega2 = (3.0 * KAPPA * gas - 2.0 * water.sigma / R) / (water.rho_l * R**2)
+        decay = 2.0 * self.viscosity / (water.rho_l * R**2)
+        return R, self.time_scale * 2.0 * math.pi / math.sqrt(omega2 - decay**2), decay / self.time_scale

@@ -1,0 +1,278 @@
+"""Figures 5 and 6: explosive boiling, and the same without the oscillation constraint."""
+import math
+
+import numpy as np
+
+from pysph_boiling.analysis.level import level_history
+from pysph_boiling.evaluation.reproduce.figure import Figure
+from pysph_boiling.evaluation.reproduce.runs import Run
+from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.phases import Phase
+from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
+
+__all__ = ["Figure5", "Figure6", "energy_parts", "settled"]
+
+FIRED = 0.01  # of all particles: from that share on a burst is large
+FAST = 0.5  # s; in which half of all vapour must have formed in an explosion, and beyond which bursts are continuous
+USED = 0.75  # share of the excess sensible heat that must have gone when vapour peaks
+SWOLLEN, SETTLED = 0.05, 0.5  # rise of the level; share of that rise left at the end
+CALMED = 0.5  # share of the highest superheat that may be left when vapour peaks
+PAID = 1.75  # of the swelling that the excess heat pays for: bubbles swing together, drops fly, voids open
+SUNK = -0.2  # share of the rise: a pool that ends lower has lost volume
+CLOSED = 1e-10  # energy that may be unaccounted for, relative to the excess at the start
+
+SEEDS = {True: (1, 2), False: (1, 2, 3)}
+QUICK = ("--flat", "--width", "24", "--fill", "16", "--duration", "0.7", "--frame", "0.0333")
+
+
+def explosions(quick, *options, name="explosive"):
+    """One run a seed; ``options`` come on top of the scene's defaults."""
+    size = QUICK if quick else ()
+    return [Run(f"{name}{'_quick' if quick else ''}_{seed}", "explosive_boiling",
+                (*size, "--seed", str(seed), *options)) for seed in SEEDS[quick]]
+
+
+def without_oscillation(quick):
+    return explosions(quick, "--no-oscillation", name="explosive_no_oscillation")
+
+
+# --- what is measured -------------------------------------------------------------------------------------------------
+
+def energy_parts(m, e, phase, e_lat, material=WATER_1ATM):
+    """Enthalpy [J] of particles by kind: a dict that adds up to sum(m e).
+
+    Parameters
+    ----------
+    m, e : array (n,)      Mass [kg] and specific enthalpy [J/kg].
+    phase : array (n,)     See :class:`~pysph_boiling.phases.Phase`.
+    e_lat : array (n,)     Latent heat that interrupted particles hold [J/kg].
+    """
+    hot, vapour = phase == Phase.SUPERHEATED, phase == Phase.VAPOUR
+    held = np.where(hot, np.minimum(e, e_lat), 0.0)
+    stored = (phase == Phase.TRANSITION) | ((phase == Phase.LIQUID) & (e >= 0.0))
+    return {
+        "excess sensible heat of superheated liquid": float(np.sum((m * (e - held))[hot])),
+        "latent heat of vapour": float(np.sum((m * np.minimum(e, material.L))[vapour])),
+        "latent heat stored in liquid": float(np.sum((m * e)[stored]) + np.sum(m * held)),
+        "sensible heat of vapour": float(np.sum((m * np.maximum(e - material.L, 0.0))[vapour])),
+        "sensible heat of liquid below saturation": float(np.sum((m * e)[(phase == Phase.LIQUID) & (e < 0.0)])),
+    }
+
+
+def parts_of(result, t):
+    """:func:`energy_parts` of the output nearest to ``t`` [s], and its time [s]."""
+    arrays, time = result.arrays(t)
+    fluid = arrays["fluid"]
+    return energy_parts(fluid.m, fluid.e, fluid.phase, fluid.e_lat), time
+
+
+def settled(t, level):
+    """(swelling, its time [s], share of it that is left at the end) of a level; swelling relative to the start."""
+    rise = np.asarray(level) / level[0] - 1.0
+    peak = int(np.argmax(rise))
+    return float(rise[peak]), float(t[peak]), float(rise[-1] / rise[peak]) if rise[peak] > 0.0 else 0.0
+
+
+def measure(result):
+    """Figures of one explosion, by name."""
+    table = result.table
+    total = result.record["particles"]["fluid"]
+    made = table["n_burst"] + table["n_nucleated"]
+    peak = float(table["t"][np.argmax(table["n_vapour"])])
+    before, _ = parts_of(result, 0.0)
+    after, t_after = parts_of(result, peak)
+    excess = "excess sensible heat of superheated liquid"
+    material, mass = WATER_1ATM, float(table["mass"][0])
+    v_exp = result.record["effects"].get("expansion", {}).get("v_exp", {}).get("value", 1.0)
+    lid = float(np.interp(t_after, table["t"], table["energy_lid"]))
+    t, level = level_history(result.files, dim=result.record["dim"])
+    swelling, t_swelling, left = settled(t, level)
+    return {
+        "burst": float(table["n_burst"][-1]), "share": float(table["n_burst"][-1]) / total,
+        # what the excess heat pays for, as share of all particles and as rise of the level; and the time in which
+        # inertia lets a bubble grow to the size of a particle (Rayleigh): what is faster is no growth
+        "paid": before[excess] / (material.L * mass), "swell": before[excess] / (material.L * mass) * (v_exp - 1.0),
+        "inertia": result.record["spacing"] / math.sqrt(
+            2.0 / 3.0 * material.L * material.rho_v * (float(table["T_max"][0]) - material.T_sat)
+            / (material.rho_l * material.T_sat)),
+        "fired": float(table["n_fired"][-1]), "nucleated": float(table["n_nucleated"][-1]),
+        "last": float(table["t"][np.argmax(table["n_burst"] >= table["n_burst"][-1])]),
+        "half": float(table["t"][np.argmax(made >= 0.5 * made[-1])]), "t_peak": t_after, "before": before,
+        "after": after, "lid": lid, "T_start": float(table["T_max"][0]),
+        "T_end": float(np.interp(peak, table["t"], table["T_max"])),
+        "latent": (after["latent heat of vapour"] + lid) / before[excess], "used": 1.0 - after[excess] / before[excess],
+        "gap": abs(sum(after.values()) + lid - sum(before.values())) / before[excess],
+        "t": t, "level": level, "swelling": swelling, "t_swelling": t_swelling, "left": left,
+    }
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------------------
+
+def moments(row):
+    """Times [s] worth a picture: the start, the onset, growth, the level's peak, the surface breaking, the end.
+
+    ``row`` is what :func:`measure` says of the run.
+    """
+    peak, end = row["t_swelling"], row["t"][-1]
+    return [0.0, 0.25 * peak, 0.6 * peak, peak, min(1.6 * peak, end), end]
+
+
+def percent(rows, name):
+    """Text for a share over an ensemble."""
+    return spread((100.0 * row[name] for row in rows), "%")
+
+
+def draw_history(figures, path, csv):
+    """Level and counts over time, an ensemble for each of ``figures``: label -> (results, measures, colour)."""
+    from pysph_boiling.report.pictures import band, plot
+
+    columns = {"t [s]": next(iter(figures.values()))[1][0]["t"]}
+    with plot(path, width=10.5, height=3.4, columns=3) as axes:
+        for label, (results, measures, colour) in figures.items():
+            t = measures[0]["t"]
+            levels = np.array([np.interp(t, row["t"], row["level"]) for row in measures])
+            axes[0].plot(t, 1e3 * levels.mean(axis=0), color=colour, label=label)
+            axes[0].fill_between(t, 1e3 * levels.min(axis=0), 1e3 * levels.max(axis=0), color=colour, alpha=0.2,
+                                 linewidth=0.0)
+            band(axes[1], results, "n_vapour", label, colour)
+            band(axes[2], results, "n_burst", label, colour)
+            for result, row in zip(results, measures):
+                name = f"{label}, seed {result.record['seed']}"
+                columns[f"level, {name} [m]"] = np.interp(columns["t [s]"], row["t"], row["level"])
+                for column in ("n_vapour", "n_burst", "n_superheated", "n_bubbles"):
+                    columns[f"{column}, {name} [-]"] = np.interp(columns["t [s]"], result.table["t"],
+                                                                 result.table[column])
+        for ax, title, unit in zip(axes, ("level", "vapour", "vapour by dynamic nucleation"),
+                                   ("height [mm]", "particles [-]", "particles since the start [-]")):
+            ax.set(title=title, xlabel="time [s]", ylabel=unit)
+        axes[0].legend()
+    return write_csv(csv, columns)
+
+
+def balance_table(row):
+    """The energy of one explosion, before and at the peak of vapour."""
+    before, after = row["before"], row["after"]
+    rows = [[name, f"{value:.4g}", f"{after[name]:.4g}", f"{after[name] - value:+.4g}"]
+            for name, value in before.items()]
+    rows.append(["left through the lid (ledger)", "0", f"{row['lid']:.4g}", f"{row['lid']:+.4g}"])
+    start, end = sum(before.values()), sum(after.values()) + row["lid"]
+    rows.append(["sum", f"{start:.6g}", f"{end:.6g}", f"{end - start:+.1e}"])
+    return Table(("energy [J]", "before the burst", f"at t = {row['t_peak']:.2f} s", "change"), rows,
+                 "Energy balance of the burst, from the particle files of the first seed and the ledger. In 2-D per "
+                 "metre of depth.")
+
+
+class Figure5(Figure):
+    """Explosive boiling."""
+
+    key = "fig5"
+    title = "Figure 5: explosive boiling"
+
+    def runs(self, quick):
+        return explosions(quick)
+
+    def make(self, results, folder, quick):
+        from pysph_boiling.analysis.plots import BLUE
+        from pysph_boiling.report.pictures import movie, rendered, sheet
+
+        results = list(results.values())
+        rows = [measure(result) for result in results]
+        times = moments(rows[0])
+        pictures = [sheet([(results[0], t, "") for t in times], folder / "moments.png",
+                          "A superheated layer without sites bursts: the pool foams, swells, breaks the surface and "
+                          "settles. Vapour is red, superheated liquid orange, liquid that stores latent heat yellow.")]
+        if not quick:
+            for number, t in enumerate(times[1:5]):
+                pictures.append(rendered(results[0], t, folder / f"surface_{number}.png",
+                                         f"The surface and the bubbles at t = {t:.2f} s."))
+            pictures.append(movie(results[0], folder / "explosion.mp4", "The explosion."))
+        data = [draw_history({"with oscillation": (results, rows, BLUE)}, folder / "history.png",
+                             folder / "history.csv")]
+        pictures.append(Picture("history.png", "Level, vapour and vapour made by dynamic nucleation: mean over the "
+                                               "seeds, and range."))
+        return self.section(pictures=pictures, tables=[balance_table(rows[0])], data=data, statements=[
+            judged("Superheated liquid bursts by itself into bubbles",
+                      f"{spread(row['burst'] for row in rows)} particles, {percent(rows, 'share')} "
+                      f"of all, became vapour by dynamic nucleation in {spread(row['fired'] for row in rows)} places "
+                      f"without a site; {spread(row['nucleated'] for row in rows)} more grew on them",
+                      [bound("share of all particles", [row["share"]], FIRED, row["paid"]) for row in rows]),
+            judged("It is explosive: bubbles form quickly",
+                      f"half of all vapour is there after {spread((row['half'] for row in rows), 's')}",
+                      [bound("time of half the vapour in s", [row["half"]], row["inertia"], FAST) for row in rows]),
+            judged("The burst turns excess sensible heat into latent heat and restores thermal stability",
+                      f"at the peak of vapour {percent(rows, 'used')} of the excess sensible "
+                      f"heat is gone, {percent(rows, 'latent')} of it is in vapour (the rest "
+                      "is latent heat stored in liquid beside it, and has warmed cold liquid); the highest superheat "
+                      f"fell from {spread(row['T_start'] - WATER_1ATM.T_sat for row in rows)} to "
+                      f"{spread((row['T_end'] - WATER_1ATM.T_sat for row in rows), 'K')}",
+                      [bound("share that is gone", [row["used"] for row in rows], USED, 1.0),
+                       bound("share in vapour", [row["latent"] for row in rows], 0.5, 1.0)]),
+            judged("The level swells and settles (with vapour of twice the volume)",
+                      f"it rises by {percent(rows, 'swelling')} after "
+                      f"{spread((row['t_swelling'] for row in rows), 's')}; at the end "
+                      f"{percent(rows, 'left')} of that is left",
+                      [*(bound("rise, up to 1.75 times what the heat pays for,", [row["swelling"]], SWOLLEN,
+                               PAID * row["swell"]) for row in rows),
+                       bound("share left", [row["left"] for row in rows], SUNK, SETTLED)]),
+            judged("Energy is conserved in the burst: excess sensible heat before = latent heat after + rest",
+                      f"unaccounted for, relative to the excess: at most {max(row['gap'] for row in rows):.1e}",
+                      [bound("unaccounted share", [row["gap"] for row in rows], 0.0, CLOSED)]),
+        ])
+
+
+class Figure6(Figure):
+    """Explosive boiling without the oscillation constraint."""
+
+    key = "fig6"
+    title = "Figure 6: explosive boiling without the oscillation constraint"
+
+    def runs(self, quick):
+        return [*without_oscillation(quick), *explosions(quick)]
+
+    def make(self, results, folder, quick):
+        from pysph_boiling.analysis.plots import BLUE, ORANGE
+        from pysph_boiling.report.pictures import movie, rendered, sheet
+
+        off, on = ([results[run.name] for run in runs] for runs in (without_oscillation(quick), explosions(quick)))
+        off_rows, on_rows = ([measure(result) for result in ensemble] for ensemble in (off, on))
+        times = moments(on_rows[0])
+        cells = [(result, times[k], title) for k in (1, 2, 3, 4)
+                 for result, title in ((on[0], "with oscillation"), (off[0], "without"))]
+        pictures = [sheet(cells, folder / "moments.png", "The same explosion with the oscillation constraint (first "
+                          "and third column) and without it (second and fourth), at equal times.", columns=4)]
+        if not quick:
+            pictures.append(rendered(off[0], times[3], folder / "surface.png",
+                                     f"Without oscillation, the surface and the bubbles at t = {times[3]:.2f} s."))
+            pictures.append(movie(off[0], folder / "explosion.mp4", "The explosion without oscillation."))
+        data = [draw_history({"with oscillation": (on, on_rows, BLUE), "without": (off, off_rows, ORANGE)},
+                             folder / "history.png", folder / "history.csv")]
+        pictures.append(Picture("history.png", "Level, vapour and vapour made by dynamic nucleation, with and without "
+                                               "oscillation: mean over the seeds, and range."))
+        ratios = [without["burst"] / row["burst"] for without, row in zip(off_rows, on_rows)]
+        text = (f"The level rises by {percent(on_rows, 'swelling')} with oscillation and by "
+                f"{percent(off_rows, 'swelling')} without it, of which the paper says nothing.")
+        return self.section(pictures=pictures, tables=[balance_table(off_rows[0])], data=data, text=text, statements=[
+            judged("Without oscillation superheated regions still burst by themselves",
+                      f"{spread(row['burst'] for row in off_rows)} particles became vapour by dynamic nucleation, "
+                      f"{spread(row['burst'] for row in on_rows)} with oscillation; without over with, seed by seed: "
+                      f"{spread(ratios)}",
+                      [bound("ratio", ratios, 0.5, 2.0),
+                       *(bound("share of all particles", [row["share"]], FIRED, row["paid"]) for row in off_rows)]),
+            judged("Nucleation is continuous",
+                      f"the last particle bursts after {spread((row['last'] for row in off_rows), 's')}",
+                      [bound("last burst in s", [row["last"]], FAST, row["t"][-1]) for row in off_rows],
+                      "nothing heats this vessel, so that its heat is spent in the "
+                      "first bursts and in the growth of their bubbles"),
+            judged("A large amount of excess sensible heat becomes latent heat",
+                      f"at the peak of vapour {percent(off_rows, 'used')} of the excess "
+                      f"sensible heat is gone, {percent(off_rows, 'latent')} of it is in "
+                      "vapour",
+                      [bound("share that is gone", [row["used"] for row in off_rows], USED, 1.0)]),
+            judged("Dynamic nucleation alone has the potential to restore thermal stability",
+                      f"by the peak of vapour the highest superheat falls from "
+                      f"{spread(row['T_start'] - WATER_1ATM.T_sat for row in off_rows)} to "
+                      f"{spread((row['T_end'] - WATER_1ATM.T_sat for row in off_rows), 'K')}",
+                      [bound("share of the superheat left", [(row["T_end"] - WATER_1ATM.T_sat)
+                                                               / (row["T_start"] - WATER_1ATM.T_sat)
+                                                               for row in off_rows], 0.0, CALMED)]),
+        ])

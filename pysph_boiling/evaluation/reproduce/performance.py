@@ -1,0 +1,189 @@
+"""Table 4: particles and time per frame of the six scenes, and what the paper observes in each of them."""
+from typing import NamedTuple
+
+import numpy as np
+
+from pysph_boiling.evaluation.reproduce.figure import Figure, figures
+from pysph_boiling.evaluation.reproduce.runs import Run
+from pysph_boiling.report.page import VERDICTS, counts, label, sentence
+from pysph_boiling.report.pictures import plot
+from pysph_boiling.report.sections import Picture, Section, Statement, Table, write_csv
+from pysph_boiling.schemes.stages import STAGES
+
+__all__ = ["PAPER", "Performance", "cost"]
+
+FRAME = 1.0 / 30.0  # [s]; the paper counts frames, and scenes of its kind show 30 a second
+
+class Scenario(NamedTuple):
+    """A row of the paper's Table 4, and the words that the statements of its figure which bear on it contain."""
+
+    name: str
+    figure: str
+    rate: float  # frames per second, with 20k particles
+    observation: str
+    about: tuple[str, ...]
+
+
+PAPER = {
+    "steady_boiling": Scenario("Steady boiling", "fig3", 22.7, "Consistent bubble generation and stable nucleation "
+                               "cycles.", ("generation is consistent", "cycles are stable")),
+    "cooling": Scenario("Post-heating cooling", "fig4", 25.2, "Gradual condensation and smooth vapor-liquid "
+                        "transition.", ("Bubbles condense", "disappears gradually", "surface settles")),
+    "explosive_boiling": Scenario("Explosive boiling", "fig5", 24.4, "Realistic explosive onset and rapid bubble "
+                                  "nucleation.", ("bursts by itself", "bubbles form quickly")),
+    "bubble_rise": Scenario("Bubble rising", "fig7", 23.3, "Bubble trajectories and shapes closely match "
+                            "experiments.", ("trajectories closely match", "shapes closely match")),
+    "bubble_merge": Scenario("Bubble merging", "fig8", 22.9, "Correct surface tension and coalescence dynamics.",
+                             ("two bubbles become one", "coalescence keeps")),
+    "bubble_split": Scenario("Bubble splitting", "fig9", 23.4, "Physically plausible breakup and volume "
+                             "conservation.", ("one bubble becomes several", "breakup keeps")),
+}
+TIMED = {  # scene -> options of a timed run: long enough for vapour to be there
+    "steady_boiling": ("--max-steps", "720"), "cooling": ("--max-steps", "720", "--heat-until", "0.6"),
+    "explosive_boiling": ("--max-steps", "150"), "bubble_rise": ("--max-steps", "150"),
+    "bubble_merge": ("--max-steps", "150"), "bubble_split": ("--max-steps", "150"),
+}
+EVEN = 1.5  # slowest over fastest scene [-] up to which they cost about the same
+SILENT = ("--pfreq", "100000")  # steps between particle files: none but the first and the last
+
+
+class Performance(Figure):
+    """Timed runs of the paper's size, one at a time; the key observations are those that the figures measured.
+
+    In the quick form small runs of the figures are timed, which share the machine.
+    """
+
+    key = "table4"
+    reads_others = True
+    title = "Table 4: time per frame of six scenes, and what is observed in them"
+
+    def runs(self, quick):
+        return list(self.timed(quick).values())
+
+    def timed(self, quick):
+        """Scene -> the run that is timed: its own, or one of its figure that leaves nothing out."""
+        if not quick:
+            return {scene: Run(f"timed_{scene}", scene, (*options, *SILENT), alone=True)
+                    for scene, options in TIMED.items()}
+        known = figures()
+        return {scene: next(run for run in known[row.figure]().runs(quick) if run.scene == scene
+                            and not any(option.startswith("--no-") for option in run.options))
+                for scene, row in PAPER.items()}
+
+    def make(self, results, folder, quick):
+        timed = {scene: results[run.name].record for scene, run in self.timed(quick).items()}
+        costs = {scene: cost(record) for scene, record in timed.items()}
+        columns = ("scene", "particles", "steps in a frame", "ms per step", "s per frame", "frames per second",
+                   "threads", "the paper's frames per second (20k particles, RTX 2060)")
+        rows = [(PAPER[scene].name, f"{one['particles']:.0f}", f"{one['steps']:.0f}", f"{1e3 * one['step']:.0f}",
+                 f"{one['frame']:.2f}", f"{1.0 / one['frame']:.2f}", f"{one['threads']}", f"{PAPER[scene].rate}")
+                for scene, one in costs.items()]
+        draw_stages({PAPER[scene].name: record for scene, record in timed.items()}, folder / "stages.png")
+        found = observed(folder.parent)
+        return self.section(
+            pictures=[Picture("stages.png", "Where the time of a frame goes, by stage of a step.")],
+            tables=[Table(columns, rows, f"A frame is 1/{1.0 / FRAME:.0f} s of simulated time. {machine(timed)}"),
+                    *observation_table(found)],
+            data=[write_csv(folder / "performance.csv", dict(zip(columns, zip(*rows))))],
+            statements=[*rates(costs, quick), *observations(found)],
+            text="Small scenes that share the machine are timed here; the full form times each scene of the paper's "
+            "size alone." if quick else "Each scene was timed alone, over its first moments, without pictures and "
+            "intermediate output.")
+
+
+def cost(record):
+    """Time of a frame, and what it is made of, from ``run.json``."""
+    step, steps = record["timed"]["seconds"] / record["timed"]["steps"], FRAME / record["dt"]
+    stages = {name: value * steps / record["timed"]["steps"] for name, value in record["wall_time"].items()
+              if name != "unit"}
+    return dict(particles=record["particles"]["fluid"], steps=steps, step=step, frame=step * steps, stages=stages,
+                threads=record["threads"])
+
+
+def machine(timed):
+    """Sentence on the machines of these runs."""
+    made = {f"{record['processor']} ({record['machine']})" for record in timed.values()}
+    return f"Timed on {', '.join(sorted(made))}."
+
+
+def draw_stages(records, path):
+    """Bars: seconds of a frame by stage, one bar a scene."""
+    from matplotlib import colormaps
+
+    stages = [name for name in ("search", *(stage.name for stage in STAGES))
+              if any(name in record["wall_time"] for record in records.values())]
+    with plot(path, width=7.2, height=0.55 * len(records) + 1.1) as ax:
+        left = np.zeros(len(records))
+        costs = [cost(record) for record in records.values()]
+        for number, name in enumerate(stages):
+            seconds = np.array([one["stages"].get(name, 0.0) for one in costs])
+            ax.barh(list(records), seconds, left=left, color=colormaps["tab10"](number % 10), label=name, height=0.7)
+            left += seconds
+        rest = np.maximum(np.array([one["frame"] for one in costs]) - left, 0.0)
+        ax.barh(list(records), rest, left=left, color="#C6CAD0", label="ledger, output", height=0.7)
+        ax.invert_yaxis()
+        ax.set_xlabel("seconds per frame")
+        ax.grid(axis="y", visible=False)
+        ax.legend(ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def rates(costs, quick):
+    """Statements on frames per second."""
+    paper = [row.rate for row in PAPER.values()]
+    own = [1.0 / one["frame"] for one in costs.values()]
+    ratio = max(own) / min(own)
+    alike = None if quick else ratio <= EVEN
+    slow, fast = (choose(costs, key=lambda scene: costs[scene]["frame"]) for choose in (max, min))
+    more = {name: value - costs[fast]["stages"].get(name, 0.0) for name, value in costs[slow]["stages"].items()}
+    most = max(more, key=more.get)
+    return [
+        Statement(
+            f"20k particles run at {min(paper)} to {max(paper)} frames per second on an RTX 2060.",
+            f"{min(own):.2g} to {max(own):.2g} frames per second" + (" of small scenes" if quick else ""), None,
+            "Another machine, and other work: a processor in double precision, and steps short enough for water 26 "
+            "particles deep to stay incompressible; the paper does not say how many steps its frames have."),
+        Statement(f"The scenes cost about the same: the fastest runs {max(paper) / min(paper):.2f} times as fast as "
+                  "the slowest.", "not timed alone" if quick else f"{ratio:.2f} times (agrees up to {EVEN:g} times)",
+                  alike,
+                  "" if alike in (None, True) else
+                  f"{PAPER[slow].name} takes {costs[slow]['frame']:.2f} s a frame in {costs[slow]['steps']:.0f} steps, "
+                  f"{PAPER[fast].name.lower()} {costs[fast]['frame']:.2f} s in {costs[fast]['steps']:.0f}; the largest "
+                  f"part of the difference, {more[most]:.2f} s, is the stage '{most}'."),
+    ]
+
+
+# --- key observations -------------------------------------------------------------------------------------------------
+
+
+def observed(root):
+    """Scene -> the statements of its figure that bear on the key observation, empty where it was not made yet."""
+    found = {}
+    for scene, row in PAPER.items():
+        made = Section.load(root / row.figure).statements if (root / row.figure / "section.json").exists() else []
+        found[scene] = [one for one in made if any(words in one.paper for words in row.about)]
+        if made and len(found[scene]) != len(row.about):
+            raise ValueError(f"{label(row.figure)} should have one statement for each of {row.about}; it has "
+                             f"{[one.paper for one in made]}")
+    return found
+
+
+def observations(found):
+    """A statement for each key observation: it agrees if all that bear on it do, and disagrees if one of them does."""
+    rows = []
+    for scene, statements in found.items():
+        row, verdicts = PAPER[scene], [one.agrees for one in statements]
+        rows.append(Statement(
+            f"{row.name}: {row.observation}",
+            f"Of what was measured for {label(row.figure)}, {counts(statements)}; the table below lists it."
+            if verdicts else f"{label(row.figure)} was not made yet.",
+            False if False in verdicts else True if verdicts and all(verdicts) else None,
+            " ".join(sentence(one.why) for one in statements if one.why and one.agrees is not True)))
+    return rows
+
+
+def observation_table(found):
+    """What was measured for each key observation, as a table; none if nothing was."""
+    rows = [(PAPER[scene].name, one.paper, one.ours, VERDICTS[one.agrees]) for scene, statements in found.items()
+            for one in statements]
+    columns, caption = ("scene", "statement", "ours", "verdict"), "What the key observations rest on: statements above"
+    return [Table(columns, rows, caption)] if rows else []

@@ -1,0 +1,159 @@
+"""Figure 2: the states of a particle, the edges between them and the kind of heat, drawn from the table of the code."""
+from pysph_boiling.analysis.drawing import INK, PHASE_COLOURS
+from pysph_boiling.evaluation.reproduce.figure import Figure
+from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.phases import EDGES, Phase, temperature
+from pysph_boiling.report.pictures import plot
+from pysph_boiling.report.sections import Picture, Statement, Table, write_csv
+from pysph_boiling.schemes.effects import Condensation, PhaseChange
+
+__all__ = ["StateDiagram", "channels", "draw_states", "main_channel", "trigger"]
+
+NAMES = {Phase.LIQUID: "normal liquid", Phase.TRANSITION: "undergoing phase transition",
+         Phase.SUPERHEATED: "superheated liquid", Phase.VAPOUR: "vapour"}
+RANGES = {"negative": "e < 0", "stored": "0 ≤ e < L", "full": "e ≥ L", "not negative": "e ≥ 0", "lacking": "e < L"}
+SITES = {True: "site near", False: "no site near", None: ""}
+BY = {"phase_change": "", "nucleation": "enough heat in its region", "condensation": "its bubble lacks m L"}
+
+# Where the states stand, and how far the edges bend; an edge without an entry is straight.
+PLACES = {Phase.LIQUID: (0.0, 0.0), Phase.TRANSITION: (5.0, 2.2), Phase.SUPERHEATED: (5.0, -2.2),
+          Phase.VAPOUR: (10.0, 0.0)}
+BOX = (1.15, 0.55)  # half of a state's width and height
+BENDS = {(Phase.LIQUID, Phase.TRANSITION): -0.22, (Phase.TRANSITION, Phase.LIQUID): -0.22,
+         (Phase.LIQUID, Phase.SUPERHEATED): 0.22, (Phase.SUPERHEATED, Phase.LIQUID): 0.22,
+         (Phase.TRANSITION, Phase.SUPERHEATED): -0.45, (Phase.SUPERHEATED, Phase.TRANSITION): -0.45,
+         (Phase.TRANSITION, Phase.VAPOUR): -0.06, (Phase.SUPERHEATED, Phase.VAPOUR): 0.06,
+         (Phase.VAPOUR, Phase.LIQUID): -0.78}
+
+
+def channels(phase, phases=None, condensation=None):
+    """Kind of heat that a particle in ``phase`` takes up: list of (range of its enthalpy, "sensible" or "latent").
+
+    Found by adding a little heat and looking at the temperature, for the forms that the two effects have.
+    """
+    phases, condensation = phases or PhaseChange(), condensation or Condensation()
+    held = 0.3 * WATER.L if phases.interrupt == "hold" else 0.0
+    samples = {
+        Phase.LIQUID: [("e < 0", -0.5, 0.0)],
+        Phase.TRANSITION: [("0 ≤ e < L", 0.5, 0.0)],
+        Phase.SUPERHEATED: [("e ≥ e_lat", 0.5, held), ("0 ≤ e < e_lat", 0.1, held)] if held else [("e ≥ 0", 0.5, 0.0)],
+        Phase.VAPOUR: [("e ≥ L", 1.2, 0.0), ("e < L", 0.8, 0.0)],
+    }
+    found = []
+    for name, e, e_lat in samples[phase]:
+        T = [float(temperature(WATER.L * (e + more), phase, WATER, e_lat, condensation.subcooling))
+             for more in (0.0, 1e-3)]
+        found.append((name, "sensible" if T[1] > T[0] else "latent"))
+    return found
+
+
+def main_channel(phase):
+    """Kind of heat in the first range of :func:`channels`."""
+    return channels(phase)[0][1]
+
+
+def trigger(edge):
+    """What an edge of the table asks for, in a few words."""
+    return ", ".join(filter(None, [RANGES[edge.enthalpy], SITES[edge.kinetic], BY[edge.by]]))
+
+
+def change_of_heat(edge):
+    """Kind of heat that the particle takes up before and after an edge."""
+    before = dict(channels(edge.source)).get(RANGES[edge.enthalpy], main_channel(edge.source))
+    after = main_channel(edge.target)
+    return before if before == after else f"{before} → {after}"
+
+
+def draw_states(path, edges=EDGES):
+    """Draw states and edges; returns the texts of the picture."""
+    from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+
+    with plot(path, width=9.2, height=5.6) as ax:
+        boxes = {}
+        for phase, (x, y) in PLACES.items():
+            boxes[phase] = ax.add_patch(FancyBboxPatch(
+                (x - BOX[0], y - BOX[1]), 2 * BOX[0], 2 * BOX[1], zorder=3, linewidth=0.0,
+                boxstyle="round,pad=0,rounding_size=0.2", facecolor=PHASE_COLOURS[phase]))
+            ink = "white" if phase in (Phase.LIQUID, Phase.VAPOUR) else INK
+            ax.text(x, y, f"{NAMES[phase].replace(' phase', chr(10) + 'phase')}\n{main_channel(phase)} heat", zorder=4,
+                    ha="center", va="center", color=ink, fontsize=8.5, fontweight="bold")
+        for edge in edges:
+            (x0, y0), (x1, y1) = PLACES[edge.source], PLACES[edge.target]
+            bend = BENDS.get((edge.source, edge.target), 0.0)
+            ax.add_patch(FancyArrowPatch(
+                (x0, y0), (x1, y1), connectionstyle=f"arc3,rad={bend}", arrowstyle="-|>", mutation_scale=14, color=INK,
+                linewidth=1.1, zorder=2, patchA=boxes[edge.source], patchB=boxes[edge.target], shrinkA=1, shrinkB=3))
+            x, y = 0.5 * (x0 + x1) + 0.5 * bend * (y1 - y0), 0.5 * (y0 + y1) - 0.5 * bend * (x1 - x0)
+            ax.text(x, y, f"{trigger(edge)}\n{change_of_heat(edge)}", ha="center", va="center", fontsize=7.5, color=INK,
+                    zorder=3, bbox=dict(facecolor="white", edgecolor="none", pad=1.5))
+        ax.set(xlim=(-1.3, 11.3), ylim=(-4.3, 2.9))
+        ax.set_axis_off()
+        return [text.get_text() for text in ax.texts]
+
+
+class StateDiagram(Figure):
+    """The state machine of ``phases.py`` against what the paper's text says of its Fig. 2."""
+
+    key = "fig2"
+    title = "Figure 2: four states of a particle, what leads from one to another, and the kind of heat"
+
+    def make(self, results, folder, quick):
+        draw_states(folder / "states.png")
+        rows = [(NAMES[edge.source], NAMES[edge.target], trigger(edge), change_of_heat(edge), edge.meaning)
+                for edge in EDGES]
+        columns = ("from", "to", "on", "heat", "meaning")
+        return self.section(
+            pictures=[Picture("states.png", "The state machine, drawn from the table of edges in phases.py, which the "
+                                            "kernels implement. e is the enthalpy above saturated liquid, L the latent "
+                                            "heat of a particle; vapour near a particle counts as a site. The last "
+                                            "line at an arrow is the kind of heat taken up before and after.")],
+            tables=[Table(columns, rows, "The edges")],
+            data=[write_csv(folder / "edges.csv", dict(zip(columns, zip(*rows))))],
+            statements=statements(),
+            text="The paper's words are those of its sections 3.2.2, 3.3 and 4.2.2, which describe the figure.")
+
+
+def statements():
+    """What the paper's text says of the transitions, and the row of the table that answers."""
+    table = {(edge.source, edge.target): edge for edge in EDGES}
+    L, T, S, V = Phase
+    told = [
+        ("Liquid that reaches saturation with a nucleation site near it starts its phase change.", L, T, "not negative",
+         True, "phase_change"),
+        ("Liquid that reaches saturation without a site near it is superheated.", L, S, "not negative", False,
+         "phase_change"),
+        ("A superheated particle that comes near a site resumes its phase change; its excess sensible heat becomes "
+         "latent.", S, T, "not negative", True, "phase_change"),
+        ("Once the latent heat reaches its threshold the particle becomes vapour.", T, V, "full", None, "phase_change"),
+        ("Where a region of superheated liquid holds too much heat, some of it becomes vapour at once, without a site.",
+         S, V, "not negative", None, "nucleation"),
+        ("Vapour below saturation condenses, as much of a bubble as the heat that it lost pays for.", V, L, "lacking",
+         None, "condensation"),
+    ]
+    rows = []
+    for paper, source, target, enthalpy, kinetic, by in told:
+        edge, ours = table.get((source, target)), "no such edge"
+        if edge:
+            ours = f"{NAMES[source]} → {NAMES[target]} on {trigger(edge)}; {change_of_heat(edge)}"
+        rows.append(Statement(paper, ours, edge is not None and (edge.enthalpy, edge.kinetic, edge.by) == (
+            enthalpy, kinetic, by)))
+
+    stored = 0.5 * WATER.L
+    form, jump = PhaseChange().interrupt, float(temperature(stored, S, WATER)) - WATER.T_sat
+    rows.insert(2, Statement(
+        "A particle that loses its site goes from phase change to superheated, and the latent heat stored so far "
+        "turns into sensible heat.",
+        f"{NAMES[T]} → {NAMES[S]} on {trigger(table[T, S])}; the heat stored so far is "
+        + ("converted." if form == "convert" else "held: the particle stays at saturation and warms from there."),
+        form == "convert",
+        "" if form == "convert" else f"Conversion would make a particle half way to vapour {jump:.0f} K hotter in one "
+        "step. The paper's form is there as --phases.interrupt convert."))
+    known = {(source, target) for _, source, target, *_ in told} | {(T, S)}
+    more = [edge for edge in EDGES if (edge.source, edge.target) not in known]
+    rows.append(Statement(
+        "These seven transitions are all that the text describes.",
+        f"{len(EDGES)} edges; besides them "
+        + ", ".join(f"{NAMES[edge.source]} → {NAMES[edge.target]} on {trigger(edge)}" for edge in more) + ".",
+        not more, "Without these a particle that cools below saturation would never again be normal liquid."
+        if more else ""))
+    return rows

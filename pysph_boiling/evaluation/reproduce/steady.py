@@ -1,0 +1,277 @@
+"""Figures 3, 4 and 15: steady boiling, what happens once the heater is off, and the mean radius of the bubbles."""
+import numpy as np
+
+from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
+from pysph_boiling.evaluation.reproduce.figure import Figure
+from pysph_boiling.evaluation.reproduce.runs import Run
+from pysph_boiling.evaluation.reproduce.sites import curves, members, rate_between, seeds
+from pysph_boiling.phases import Phase
+from pysph_boiling.report.pictures import band, movie, plot, rendered, sheet
+from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
+
+__all__ = ["BubbleRadius", "Cooling", "SteadyBoiling", "phases_of_growth", "surface", "surface_history", "variation"]
+
+STEADY = 0.25  # largest standard deviation of the vapour production over equal windows, in units of its mean
+MADE = 1e-4, 0.2  # share of all particles made vapour in a window: none, or a pool that is gone in five
+SPRAY = 3
+CALM = 0.2  # largest surface speed at the end, in units of its peak
+STILL = 1e-4  # and smallest: a surface that stands has been stopped, waves die out slowly
+PEAK = 1.10  # smallest ratio of the early peak of the mean radius to its level at the end
+PLATEAU = 0.10  # largest change of the mean radius within the last third, in units of its mean there
+
+
+def steady_run(seed, quick):
+    """A run of steady boiling."""
+    options = ("--flat", "--width", "30", "--fill", "14", "--sites", "3", "--duration", "1.0", "--frame", "0.1",
+               "--results-every", "4") if quick else ("--frame", "0.05" if seed == 1 else "0.25")
+    return Run(f"steady_seed{seed}", "steady_boiling", ("--seed", str(seed), *options))
+
+
+def cooling_run(seed, quick):
+    """A run of cooling."""
+    options = ("--flat", "--width", "30", "--fill", "14", "--sites", "3", "--duration", "1.7", "--heat-until", "0.4",
+               "--results-every", "4") if quick else ()
+    return Run(f"cooling_seed{seed}", "cooling", ("--seed", str(seed), *options, "--frame", "0.05"))
+
+
+def variation(table, column, begin, end, windows):
+    """Growth of a cumulative column in equal windows from ``begin`` to ``end`` [s]: (values, deviation over mean)."""
+    grown = np.diff(np.interp(np.linspace(begin, end, windows + 1), table["t"], table[column]))
+    mean = float(np.mean(grown))
+    return grown, float(np.std(grown)) / mean if mean > 0.0 else float("inf")
+
+
+def surface(fluid, *, dim, spacing):
+    """(level [m], roughness [m], speed [m/s]) of the liquid's surface in a vessel.
+
+    The fluid is cut into upright columns two spacings wide; the surface is the highest liquid of each, the level their
+    mean height, the roughness its standard deviation, the speed the root mean square of what lies within two spacings
+    below the top of its column.
+    """
+    points = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :dim]
+    velocity = np.stack([fluid.u, fluid.v, fluid.w], -1)
+    liquid = np.asarray(fluid.phase) != Phase.VAPOUR
+    across, height = np.floor(points[liquid, :dim - 1] / (2.0 * spacing)).astype(int), points[liquid, dim - 1]
+    _, column = np.unique(across, axis=0, return_inverse=True)
+    column = column.ravel()
+    top = np.full(column.max() + 1, -np.inf)
+    np.maximum.at(top, column, height)
+    upper = height > top[column] - 2.0 * spacing
+    speed = np.sqrt(np.mean(np.sum(velocity[liquid][upper] ** 2, axis=1)))
+    return float(top.mean()), float(top.std()), float(speed)
+
+
+def surface_history(result):
+    """Columns ``t``, ``level``, ``roughness`` and ``speed`` over the outputs of a run."""
+    rows = []
+    for time in result.times:
+        arrays, t = result.arrays(time)
+        rows.append((t, *surface(arrays["fluid"], dim=result.record["dim"], spacing=result.record["spacing"])))
+    return dict(zip(("t", "level", "roughness", "speed"), np.array(rows).T))
+
+
+def phases_of_growth(t, radius, width=0.1):
+    """What the mean radius of the bubbles does: (peak, when, level at the end, change) from times [s] and radii [m].
+
+    The radius is averaged over ``width`` of the time since the first bubble. ``peak`` is the largest value in the first
+    half of that time, ``when`` it occurs as a share of it; the level is the mean of the last third, ``change`` the rise
+    of a straight line through it, in units of the level. Raises ``ValueError`` where there is no bubble.
+    """
+    there = np.flatnonzero(radius > 0.0)
+    if len(there) == 0:
+        raise ValueError("no bubble: there is no mean radius")
+    share = np.linspace(0.0, 1.0, 501)
+    since = t[there[0]] + share * (t[-1] - t[there[0]])
+    values = np.interp(since, t[there], radius[there])
+    half = max(1, int(0.5 * width * len(share)))
+    smooth = np.array([values[max(0, i - half):i + half + 1].mean() for i in range(len(share))])
+    early, late = share <= 0.5, share >= 2.0 / 3.0
+    best = int(np.argmax(np.where(early, smooth, -np.inf)))
+    level = float(smooth[late].mean())
+    change = float(np.polyfit(share[late], smooth[late], 1)[0]) / 3.0 / level
+    return float(smooth[best]), float(share[best]), level, change
+
+
+class SteadyBoiling(Figure):
+    """Steady boiling: bubbles grow at sites, depart, rise and break the surface, all the time."""
+
+    key = "fig3"
+    title = "Figure 3: steady boiling"
+
+    def runs(self, quick):
+        return [steady_run(seed, quick) for seed in seeds(quick)]
+
+    def make(self, results, folder, quick):
+        group = members(results, "steady")
+        end = min(float(one.table["t"][-1]) for one in group)
+        begin, windows = (0.4 * end, 4) if quick else (0.25 * end, 6)
+        first = group[0].result
+        moments = [begin + share * (end - begin) for share in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
+        pictures = [sheet([(first, t, "") for t in moments], folder / "steady.png", "Steady boiling, seed 1.")]
+        if not quick:
+            pictures += [rendered(first, t, folder / f"steady_{number}.png", f"The same at {t:.1f} s.")
+                         for number, t in enumerate(moments[2:5:2])]
+            pictures.append(movie(first, folder / "steady.mp4", "The same, as a movie.", fps=10))
+        with plot(folder / "history.png", width=9.6, columns=2) as (left, right):
+            band(left, group, "produced", "made vapour, net", ORANGE)
+            band(left, group, "n_vented", "vented", GREEN)
+            band(right, group, "n_bubbles", "bubbles", BLUE)
+            left.set(xlabel="time [s]", ylabel="particles since the start [-]", xlim=(0.0, end), ylim=(0.0, None))
+            right.set(xlabel="time [s]", ylabel="bubbles [-]", xlim=(0.0, end), ylim=(0.0, None))
+            left.legend()
+        pictures.append(Picture("history.png", "Vapour made and vented since the start, and bubbles in the vessel; "
+                                "mean and range over the seeds."))
+        write_csv(folder / "history.csv", curves({"steady boiling": group}, (
+            "n_vapour", "n_bubbles", "produced", "n_vented", "n_bubbles_vented", "n_condensed")))
+
+        seconds = (end - begin) / windows
+        made, deviations = zip(*(variation(one.table, "produced", begin, end, windows) for one in group))
+        popped = [variation(one.table, "n_bubbles_vented", begin, end, windows) for one in group]
+        left_base = [[n for t, n in one.result.record["departures"] if t >= begin] for one in group]
+        cycles = [(end - begin) * one.result.record["parameters"]["sites"]["value"] / max(1, len(sizes))
+                  for one, sizes in zip(group, left_base)]
+        # what leaves in bubbles of less than SPRAY particles is spray
+        many = min(rate_between(one.table, "n_vented", begin, end) for one in group) * (end - begin) / SPRAY
+        statements = [
+            judged("Bubble generation is consistent.",
+                      f"Net vapour production in {windows} windows of {seconds:.2g} s deviates by {spread(deviations)} "
+                      "of its mean.", [bound("deviation", deviations, 0.0, STEADY), bound(
+                          "particles made in a window, of all", [grown.mean() / one.result.record["particles"]["fluid"]
+                                                                 for one, grown in zip(group, made)], *MADE)]),
+            judged("Nucleation cycles are stable: bubbles keep growing, departing and breaking the surface.",
+                      f"{spread([float(grown.mean()) / seconds for grown, _ in popped])} bubbles reach the surface a "
+                      f"second; in the poorest window of any run {min(grown.min() for grown, _ in popped):.0f} do.",
+                      [bound("bubbles in a window", np.concatenate([grown for grown, _ in popped]), 1, max(1, many))],
+                      "The small form makes too few bubbles to tell." if quick else
+                      f"A site lets a bubble go every {spread(cycles, 's')}, and several do so together: between them "
+                      f"{seconds:.2g} s pass without one.", not quick),
+        ]
+        rows = [[str(number), f"{len(sizes) / (end - begin):.3g}", f"{np.median(sizes) if sizes else 0:.3g}",
+                 f"{rate_between(one.table, 'n_vented', begin, end):.3g}"]
+                for number, (one, sizes) in enumerate(zip(group, left_base), 1)]
+        return self.section(
+            pictures=pictures, statements=statements, data=["history.csv"],
+            tables=[Table(("seed", "bubbles leaving the base [1/s]", "their median size [particles]",
+                           "vented [particles/s]"), rows)])
+
+
+class Cooling(Figure):
+    """The heater is switched off: vapour disappears and the surface comes to rest."""
+
+    key = "fig4"
+    title = "Figure 4: after heating was stopped"
+
+    def runs(self, quick):
+        return [cooling_run(seed, quick) for seed in seeds(quick)]
+
+    def make(self, results, folder, quick):
+        group = members(results, "cooling")
+        end = min(float(one.table["t"][-1]) for one in group)
+        first = group[0].result
+        off = float(first.record["parameters"]["heat_until"]["value"])
+        moments = [0.8 * off, off, *(off + share * (end - off) for share in (0.1, 0.3, 0.6, 1.0))]
+        pictures = [sheet([(first, t, "heating" if t < off else "heater off") for t in moments],
+                          folder / "cooling.png", f"The heater is switched off at {off:.2g} s, seed 1.")]
+        if not quick:
+            pictures += [rendered(first, moments[number], folder / f"cooling_{number}.png",
+                                  f"The same at {moments[number]:.1f} s.") for number in (1, 3, 5)]
+            pictures.append(movie(first, folder / "cooling.mp4", "The same, as a movie.", fps=10))
+        surfaces = [surface_history(one.result) for one in group]
+        with plot(folder / "history.png", width=12.8, columns=3) as (vapour, level, speed):
+            band(vapour, group, "n_vapour", "vapour", ORANGE)
+            band(vapour, group, "n_condensed", "condensed since the start", BLUE)
+            band(vapour, group, "n_bubbles", "bubbles", PURPLE)
+            vapour.legend()
+            for ax, name, what, scale in ((level, "roughness", "roughness of the surface [mm]", 1e3),
+                                          (speed, "speed", "speed of the surface [m/s]", 1.0)):
+                for number, history in enumerate(surfaces, 1):
+                    ax.plot(history["t"], scale * history[name], label=f"seed {number}",
+                            color=(BLUE, ORANGE, GREEN)[number - 1])
+                ax.set(ylabel=what)
+                ax.legend()
+            for ax in (vapour, level, speed):
+                ax.axvline(off, color="#B0B5BC", linestyle="--", linewidth=1.0)
+                ax.set(xlabel="time [s]", xlim=(0.0, end), ylim=(0.0, None))
+        pictures.append(Picture("history.png", "Vapour, condensed particles and bubbles (mean and range over the "
+                                "seeds), roughness and speed of the surface; dashed: the heater is switched off."))
+        write_csv(folder / "history.csv", curves({"cooling": group}, (
+            "n_vapour", "n_bubbles", "n_condensed", "produced", "n_vented", "n_superheated", "T_mean")))
+        write_csv(folder / "surface.csv", {
+            "seed": sum(([number] * len(history["t"]) for number, history in enumerate(surfaces, 1)), []),
+            **{f"{name} [{unit}]": np.concatenate([history[name] for history in surfaces])
+               for name, unit in (("t", "s"), ("level", "m"), ("roughness", "m"), ("speed", "m/s"))}})
+
+        before = [float(np.interp(off, one.table["t"], one.table["n_vapour"])) for one in group]
+        after = [float(one.table["n_vapour"][-1]) for one in group]
+        condensed = [rate_between(one.table, "n_condensed", off, end) * (end - off) for one in group]
+        vented = [rate_between(one.table, "n_vented", off, end) * (end - off) for one in group]
+        gone = [gone_after(one.table, off) for one in group]
+        peak, rest = ({name: [float(measure(one[name][one["t"] >= begin])) for one in surfaces]
+                       for name in ("speed", "roughness")}
+                      for measure, begin in ((np.max, 0.0), (np.mean, end - 0.15 * (end - off))))
+        slower = [b / a for a, b in zip(peak["speed"], rest["speed"])]
+        statements = [
+            judged("Bubbles condense once the heat source is removed.",
+                      f"Of {spread(before)} vapour particles at that time, {spread(condensed)} condense and "
+                      f"{spread(vented)} leave at the surface.", [bound("share that condenses", [
+                          a / max(a + b, 1.0) for a, b in zip(condensed, vented)], 0.01, 1.0)]),
+            judged("The vapour disappears gradually.",
+                      f"{spread(after)} vapour particles are left {end - off:.2g} s later" +
+                      (f"; the last is gone after {spread(gone)} s." if None not in gone else "."),
+                      [bound("vapour particles left", after, 0, 0), bound("share of the time it takes", [
+                          (end - off if one is None else one) / (end - off) for one in gone], 0.05, 1.0)],
+                      "Vapour conducts little: what clings to the base condenses slowly."),
+            judged("The surface settles.",
+                      f"Its speed falls from {spread(peak['speed'])} m/s at most to {spread(rest['speed'])} m/s at the "
+                      f"end, its roughness from {spread([1e3 * value for value in peak['roughness']])} to "
+                      f"{spread([1e3 * value for value in rest['roughness']])} mm.",
+                      [bound("speed over its peak", slower, STILL, CALM)]),
+        ]
+        return self.section(pictures=pictures, statements=statements, data=["history.csv", "surface.csv"])
+
+
+def gone_after(table, off):
+    """Time [s] from ``off`` until there is no vapour for good; ``None`` where some is left."""
+    there = np.flatnonzero(table["n_vapour"] > 0.0)
+    if len(there) == 0:
+        return 0.0
+    if there[-1] == len(table["t"]) - 1:
+        return None
+    return max(0.0, float(table["t"][there[-1] + 1]) - off)
+
+
+class BubbleRadius(SteadyBoiling):
+    """The mean radius of the bubbles over time, of the runs of figure 3."""
+
+    key = "fig15"
+    title = "Figure 15: mean radius of the bubbles"
+
+    def make(self, results, folder, quick):
+        group = members(results, "steady")
+        end = min(float(one.table["t"][-1]) for one in group)
+        with plot(folder / "radius.png") as ax:
+            band(ax, group, "bubble_radius_mean", "mean equivalent radius", ORANGE, scale=1e3)
+            ax.set(xlabel="time [s]", ylabel="mean radius of the bubbles [mm]", xlim=(0.0, end), ylim=(0.0, None))
+        write_csv(folder / "radius.csv", curves({"steady boiling": group}, ("bubble_radius_mean", "n_bubbles")))
+        growth = [phases_of_growth(one.table["t"], one.table["bubble_radius_mean"]) for one in group]
+        peaks = [peak / level for peak, _, level, _ in growth]
+        changes = [change for *_, change in growth]
+        small = "The small form is too short and has too few bubbles to tell." if quick else ""
+        levels = [1e3 * one[2] for one in growth]
+        statements = [
+            judged("The mean radius peaks early and then relaxes.",
+                      f"Largest value in the first half: {spread(peaks)} times the level at the end, after "
+                      f"{spread([when for _, when, *_ in growth])} of the boiling time.",
+                      [bound("peak over level", peaks, PEAK, 3.0)], small or
+                      "Bubbles here grow from single particles at their sites until they depart, so the mean first has "
+                      "to rise to its level.", not quick),
+            judged("Then it stays at a stable level.",
+                      f"{spread(levels)} mm in the last third, where it changes by "
+                      f"{spread([100.0 * change for change in changes])} %.",
+                      [bound("change", changes, -PLATEAU, PLATEAU), bound("level in spacings", [
+                          1e-3 * one / group[0].result.record["spacing"] for one in levels], 0.7, 8.0)], small,
+                   not quick),
+        ]
+        return self.section(
+            pictures=[Picture("radius.png", "Mean equivalent radius of the bubbles; mean and range over the seeds.")],
+            statements=statements, data=["radius.csv"])

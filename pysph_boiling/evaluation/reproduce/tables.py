@@ -1,0 +1,141 @@
+"""Tables 1 and 2: what each model of boiling does, and which kind of heat each state takes up, asked of the code."""
+import numpy as np
+
+from pysph_boiling.evaluation.reproduce.figure import Figure
+from pysph_boiling.evaluation.reproduce.rules import Toy
+from pysph_boiling.evaluation.reproduce.states import NAMES, channels
+from pysph_boiling.phases import Phase
+from pysph_boiling.report.sections import Statement, Table, write_csv
+from pysph_boiling.schemes.effects import Condensation, DensityConstraint, PhaseChange
+from pysph_boiling.schemes.modes import MODES
+
+__all__ = ["HeatChannels", "Models", "PAPER_MODELS", "answers"]
+
+ASPECTS = ("Method", "Superheat capability", "Phase transition condition", "Phase-transition candidate particle",
+           "Superheat treatment")
+PAPER_MODELS = {  # the paper's cells, its Table 1
+    "gu": ("SPH", "No", "Thermodynamic only", "Liquid particles", "No"),
+    "li_xiao": ("PBF", "Yes", "Thermodynamic only", "Preset nucleation sites", "No"),
+    "dynamic": ("PBF", "Yes", "Thermodynamic + Kinetic", "Liquid particles", "Yes"),
+}
+PAPER_CHANNELS = dict.fromkeys(Phase, "sensible") | {Phase.TRANSITION: "latent"}  # its Table 2
+WARM, HOT, COLD = 0.02, 0.3, -0.02  # enthalpy over L: 11 K and 161 K above saturation, 11 K below
+
+
+def answers(mode):
+    """What a model does with a block of liquid: aspect -> answer, in the paper's words where these fit.
+
+    A :class:`Toy` answers: a block that is warm, with a site or without one; one that is hot, without a site; one that
+    is cold, at a site that holds heat.
+    """
+    toys = {site: Toy(mode, site=site).heat(WARM) for site in (True, False)}
+    phases = {site: toy.step(2) for site, toy in toys.items()}
+    near = toys[True].near
+    enters = {"near": np.all(phases[True][near] == Phase.TRANSITION),
+              "far": np.all(phases[True][~near] == Phase.TRANSITION),
+              "without": np.all(phases[False] == Phase.TRANSITION),
+              "cold": np.any(Toy(mode).heat(COLD).step(2) == Phase.TRANSITION)}
+    sites = toys[True].sites
+    in_sites = "Q_s" in sites.properties and sites.Q_s[0] > 0.0
+    conditions = {(True, True, True, False): "Thermodynamic only",
+                  (True, False, False, False): "Thermodynamic + Kinetic"}
+    condition = conditions.get(tuple(bool(enters[name]) for name in ("near", "far", "without", "cold")))
+    if condition is None and in_sites and cold_site_emits(mode):
+        condition = "A site that holds enough heat, whatever the particle's own state"
+
+    treated = Toy(mode, site=False).heat(HOT)
+    vapour = np.count_nonzero(treated.step() == Phase.VAPOUR)
+    return dict(zip(ASPECTS, (
+        "PBF" if isinstance(toys[True].scheme.effects.get("density"), DensityConstraint) else "other",
+        "Yes" if np.all(phases[False] == Phase.SUPERHEATED) else "No",
+        condition or "other",
+        "Preset nucleation sites" if in_sites else "Liquid particles" if enters["near"] else "other",
+        "Yes" if vapour else "No")))
+
+
+def cold_site_emits(mode):
+    """Whether a site that holds heat makes vapour of liquid below saturation."""
+    toy = Toy(mode).heat(COLD)
+    toy.sites.Q_s[:] = 100.0 * toy.fluid.m[0] * toy.scheme.material.L
+    return bool(np.any(toy.step() == Phase.VAPOUR))
+
+
+class Models(Figure):
+    """Table 1: the three models, each asked by running its kernels on a block of liquid."""
+
+    key = "table1"
+    title = "Table 1: three models of boiling: which superheats, on which condition, and what it does about it"
+
+    def make(self, results, folder, quick):
+        ours = {mode: answers(mode) for mode in PAPER_MODELS}
+        rows = [(MODES[mode].source, aspect, cell, ours[mode][aspect])
+                for mode, cells in PAPER_MODELS.items() for aspect, cell in zip(ASPECTS, cells)]
+        columns = ("model", "aspect", "the paper", "ours")
+        words = [(MODES[mode].source, MODES[mode].latent_stage, MODES[mode].storage, MODES[mode].vapour)
+                 for mode in PAPER_MODELS]
+        return self.section(
+            tables=[Table(columns, rows, "Cell by cell"),
+                    Table(("model", "enters the latent stage", "stores latent heat", "becomes vapour"), words,
+                          "The models in words, from schemes/modes.py")],
+            data=[write_csv(folder / "models.csv", dict(zip(columns, zip(*rows))))],
+            statements=[self.statement(aspect, k, ours) for k, aspect in enumerate(ASPECTS)],
+            text=f"Our cells are answers: in each mode the kernels run on a block of {Toy.SIDE**2} particles that is "
+                 f"warm (e = {WARM} L), hot ({HOT} L) or cold ({COLD} L), with a site or without one.")
+
+    def statement(self, aspect, k, ours):
+        def told(cells):
+            return "; ".join(f"{MODES[mode].source}: {cell}" for mode, cell in cells.items())
+
+        paper, own = ({mode: PAPER_MODELS[mode][k] for mode in ours}, {mode: ours[mode][aspect] for mode in ours})
+        why = {
+            "Method": "All models run on the same fluid here, so that they differ in nothing but the change of phase.",
+            "Phase transition condition":
+                "The paper's text (section 6) says that Li & Xiao consider neither condition of a particle, its table "
+                "says thermodynamic. Here a site fills from liquid above saturation, and what it turns into vapour may "
+                "be colder.",
+        }
+        return Statement(f"{aspect}. {told(paper)}", told(own), paper == own,
+                         "" if paper == own else why.get(aspect, ""))
+
+
+class HeatChannels(Figure):
+    """Table 2: the kind of heat that a particle takes up in each state."""
+
+    key = "table2"
+    title = "Table 2: sensible or latent: the kind of heat that each state takes up"
+
+    def make(self, results, folder, quick):
+        papers = dict(phases=PhaseChange(interrupt="convert"), condensation=Condensation(form="paper"))
+        rows, statements = [], []
+        for phase, paper in PAPER_CHANNELS.items():
+            own, literal = channels(phase), channels(phase, **papers)
+            rows.append((NAMES[phase], f"{paper} heat", told(own), told(literal)))
+            agrees = {kind for _, kind in own} == {paper}
+            as_paper = {kind for _, kind in literal} == {paper}
+            statements.append(Statement(
+                f"{NAMES[phase].capitalize()}: {paper} heat", told(own), agrees,
+                "" if agrees else WHY[phase] + (f" With {OPTION[phase]} it agrees." if as_paper else "")))
+        columns = ("state", "the paper", "ours", "ours in the paper's forms")
+        return self.section(
+            tables=[Table(columns, rows, "e is the enthalpy above saturated liquid, e_lat what an interruption froze")],
+            data=[write_csv(folder / "channels.csv", dict(zip(columns, zip(*rows))))], statements=statements,
+            text="Found by giving a particle a little heat and looking at its temperature. The paper's forms are "
+                 "--phases.interrupt convert and --condensation.form paper.")
+
+
+WHY = {
+    Phase.SUPERHEATED: "A particle whose phase change was interrupted keeps what it stored as latent heat, or its "
+                       "temperature would jump.",
+    Phase.VAPOUR: "Vapour that loses heat does not cool here: what it lacks is latent heat of its bubble, which "
+                  "condenses particle by particle. If it cooled, a bubble of eleven would never condense, even in ice "
+                  "water.",
+}
+OPTION = {Phase.SUPERHEATED: "--phases.interrupt convert", Phase.VAPOUR: "--condensation.form paper"}
+
+
+def told(found):
+    """Text for what :func:`channels` found: one word if it is the same in all ranges."""
+    kinds = list(dict.fromkeys(kind for _, kind in found))
+    if len(kinds) == 1:
+        return f"{kinds[0]} heat"
+    return "; ".join(f"{kind} heat where {name}" for name, kind in found)

@@ -1,0 +1,247 @@
+"""The command ``pysph-boiling stress``: run hard cases, judge them, print one table."""
+import argparse
+import fnmatch
+import multiprocessing
+import os
+from dataclasses import asdict, dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+
+import numpy as np
+
+from pysph_boiling.checks import CheckFailed
+from pysph_boiling.evaluation.stress.case import simulate
+from pysph_boiling.evaluation.stress.cases import all_cases
+from pysph_boiling.evaluation.stress.judge import judge, load_bounds
+from pysph_boiling.names import unknown
+from pysph_boiling.report import markdown
+from pysph_boiling.runs.ledger import write_json
+from pysph_boiling.threads import end_on_interrupt
+
+__all__ = ["Result", "measure", "page", "stress"]
+
+WIDTH = 220  # of the table [characters]: a narrower terminal wraps its lines
+MEMORY = 8 * 2**30  # address space of a case [bytes]: an explosion must not take the machine with it
+
+
+@dataclass
+class Result:
+    """One row of the table; ``None`` where there is nothing to tell."""
+
+    case: str
+    hard: str
+    steps: int = 0
+    particles: int = 0
+    density_mean: float | None = None
+    density_max: float | None = None
+    speed: float | None = None
+    outside: int | None = None
+    bad: int | None = None
+    residual: float | None = None
+    limited: int | None = None
+    projected: int | None = None
+    rise: float | None = None
+    safeguards: str = ""
+    verdict: str = ""
+    broken: tuple = ()  # rules
+    reasons: tuple = ()
+    events: dict = None
+    warned: tuple = ()  # what the scheme warned of
+    seconds: float = 0.0
+
+
+def measure(case, run, bounds):
+    """The row of a run."""
+    wrong = judge(case, run, bounds)
+    verdict = "fails" if wrong else "refused" if case.refused else "passes"
+    row = Result(case.name, case.hard, steps=run.steps, seconds=run.seconds, verdict=verdict,
+                 broken=[rule for rule, _ in wrong], reasons=[text for _, text in wrong], events=run.events,
+                 warned=run.warned)
+    if case.refused and not wrong:
+        row.reasons = [run.refusal or run.stopped]
+    if run.table:
+        def most(name):
+            return float(np.max(np.abs(run.table[name]))) if name in run.table else None
+
+        row.particles = len(run.get("m"))
+        row.density_mean, row.density_max = most("density_error_mean"), most("density_error_max")
+        row.speed = most("speed") / np.sqrt(run.g * run.depth)
+        row.outside, row.bad = int(most("outside")), int(most("bad"))
+        row.limited, row.projected = int(most("n_limited")), int(most("n_projected"))
+        row.residual = most("energy_residual")
+        if run.setup.closed:
+            row.rise = float((max(run.table["mechanical"]) - run.first) / run.scale)
+        row.safeguards = safeguards(run)
+    return row
+
+
+def safeguards(run):
+    """Which safeguards acted, and how often."""
+    told = []
+    for name, text in (("n_split", "split steps {}"), ("n_limited", "limiter {}"), ("n_projected", "container {}"),
+                       ("n_unconverged", "unconverged steps {}"),
+                       ("n_clamped", "volume held {}")):
+        if name in run.table and run.table[name][-1] > 0:
+            told.append(text.format(int(run.table[name][-1])))
+    heat = max(run.table.get("heat_subcycles", [1.0]))
+    if heat > 1.0:
+        told.append(f"heat steps {int(heat)}")
+    return ", ".join(told)
+
+
+def perform(name, steps, bounds, pipe):
+    """Run one case in a process of its own and send its row."""
+    end_on_interrupt()
+    try:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    except (ImportError, ValueError):
+        pass
+    case = all_cases()[name]
+    pipe.send(measure(case, simulate(case, steps), bounds))
+
+
+def run_all(asked, bounds, jobs, report):
+    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too.
+
+    The processes are fresh ones: in a fork of one that has used threads, OpenMP waits for ever.
+    """
+    context = multiprocessing.get_context("spawn")
+    rows, waiting, running = {}, list(asked), {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                case, steps = waiting.pop(0)
+                here, there = context.Pipe(duplex=False)
+                process = context.Process(target=perform, args=(case.name, steps, bounds, there))
+                process.start()
+                there.close()
+                running[here] = case, process
+            for pipe in wait(list(running)):
+                case, process = running.pop(pipe)
+                try:
+                    row = pipe.recv()
+                except EOFError:
+                    process.join()
+                    row = Result(case.name, case.hard, verdict="fails",
+                                 reasons=[f"the process died ({process.exitcode})"])
+                process.join()
+                rows[case.name] = row
+                report(row)
+    finally:
+        for _, process in running.values():
+            process.terminate()
+    return [rows[case.name] for case, _ in asked]
+
+
+COLUMNS = {
+    "case": lambda row: row.case,
+    "what is hard": lambda row: row.hard,
+    "steps": lambda row: f"{row.steps:,}",
+    "density error": lambda row: "" if row.density_max is None else
+        f"{row.density_mean:.1%} / {row.density_max:.1%}",
+    "fastest / √(gH)": lambda row: "" if row.speed is None else f"{row.speed:.2f}",
+    "outside": lambda row: "" if row.outside is None else str(row.outside),
+    "NaN": lambda row: "" if row.bad is None else str(row.bad),
+    "ledger": lambda row: "" if row.residual is None else f"{row.residual:.0e}",
+    "energy rise": lambda row: "" if row.rise is None else f"{row.rise:+.2%}",
+    "limited": lambda row: "" if row.limited is None else str(row.limited),
+    "projected": lambda row: "" if row.projected is None else str(row.projected),
+    "safeguards that acted": lambda row: row.safeguards,
+    "verdict": lambda row: row.verdict + (": " + "; ".join(row.reasons) if row.reasons else ""),
+}
+
+
+PAGE = """# Hard cases: what stays stable, and what does not
+
+Made by `pysph-boiling stress{options}`. A case passes if no rule below is broken at any step and its end state is
+sensible; what fails is left in the table with its reason. Kinetic plus potential energy (*energy rise*, over m g H) is
+told for cases in which nothing but gravity does work. *H* is the height of the highest particle over the floor of the
+container at the start, *U* the fastest speed at the start. Safeguards are reported when they act: steps that were
+split, the displacement limiter of a sweep, the container that projects back, steps that end with a mean density error
+above `density.most_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of them
+does: [model.md](model.md), "What keeps it stable".
+
+{counts}
+
+{table}
+
+## Bounds
+
+They stand in `pysph_boiling/stress/bounds.json` and are read before anything runs.
+
+{bounds}
+"""
+
+
+def page(rows, bounds, options=""):
+    """The page that ``--markdown`` writes: the rows, and the bounds that they were judged by."""
+    rules = [(rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]) for rule, entry in bounds["rules"].items()]
+    rules += [(f"{entry['rule']} of {', '.join(entry['cases'])}",
+               "not judged" if entry["bound"] is None else f"{entry['bound']:g}",
+               bounds["rules"][entry["rule"]]["unit"], entry["reason"]) for entry in bounds["exceptions"]]
+    shown = [[show(row) for show in COLUMNS.values()] for row in rows]
+    return PAGE.format(options=options, counts=counts(rows), table="\n".join(markdown.table(COLUMNS, shown)),
+                       bounds="\n".join(markdown.table(("rule", "bound", "unit", "reason"), rules)))
+
+
+def counts(rows):
+    """How many cases passed, as a sentence."""
+    verdicts = [row.verdict for row in rows]
+    return (f"{len(rows)} cases: {verdicts.count('passes')} pass, {verdicts.count('refused')} are refused as they must "
+            f"be, {verdicts.count('fails')} fail.")
+
+
+def stress(arguments):
+    """Run the cases, print the table, and return its rows.
+
+    Errors: ``ValueError`` for an unknown case, with the known ones; ``CheckFailed`` if a case fails.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=(
+        "Run hard cases and judge by fixed bounds whether they stay stable."))
+    parser.add_argument("case", nargs="*", metavar="CASE", help="which ones, by name or pattern; all if none is named")
+    parser.add_argument("--quick", action="store_true", help="short forms of the cheap cases")
+    parser.add_argument("--jobs", type=int, default=1, help="cases side by side; default 1")
+    parser.add_argument("--list", action="store_true", help="print the cases and stop")
+    parser.add_argument("--json", metavar="FILE", help="write the rows there")
+    parser.add_argument("--markdown", metavar="FILE", help="write the table there")
+    options = parser.parse_args(arguments)
+    bounds, known = load_bounds(), all_cases()
+    for pattern in options.case:
+        if not fnmatch.filter(known, pattern):
+            raise unknown("case", pattern, known)
+    if not 1 <= options.jobs <= (os.cpu_count() or 1):
+        raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
+    chosen = [case for name, case in known.items()
+              if not options.case or any(fnmatch.fnmatch(name, pattern) for pattern in options.case)]
+    asked = [(case, case.quick if options.quick else case.steps) for case in chosen if case.quick or not options.quick]
+    console = Console(highlight=False)
+    if options.list:
+        for case, steps in asked:
+            console.print(f"{case.name}: {case.hard} ({steps:,} steps)")
+        return []
+
+    def report(row):
+        console.print(f"{row.verdict:>8} {row.case} ({row.seconds:.1f} s of CPU)" + "".join(
+            f"\n         {reason}" for reason in row.reasons))
+
+    rows = run_all(asked, bounds, options.jobs, report)
+    shown = Table(title="hard cases")
+    for name in COLUMNS:
+        shown.add_column(name, no_wrap=name not in ("what is hard", "safeguards that acted", "verdict"))
+    for row in rows:
+        shown.add_row(*(show(row) for show in COLUMNS.values()))
+    Console(highlight=False, width=max(console.width, WIDTH)).print(shown)
+    console.print(counts(rows))
+    if options.json:
+        write_json(options.json, [asdict(row) for row in rows])
+    if options.markdown:
+        Path(options.markdown).write_text(page(rows, bounds, " --quick" if options.quick else ""), encoding="utf-8")
+    failed = [row.case for row in rows if row.verdict == "fails"]
+    if failed:
+        raise CheckFailed(f"{len(failed)} of {len(rows)} cases: {', '.join(failed)}")
+    return rows

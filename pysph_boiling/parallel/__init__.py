@@ -1,0 +1,1 @@
+"""MPI ranks: sums over ranks, the partition of particles, ghosts."""

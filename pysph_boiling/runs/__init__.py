@@ -1,0 +1,1 @@
+"""A run: the application of a scene, its files, its ledger, how it goes on."""

@@ -1,0 +1,261 @@
+"""The ledger: mass and energy of a run, balanced after every step, and the results table.
+
+Energy is the sum of m e over the domain. Every term that moves it is added up by the kernel (or the tool) that moves
+it, never found by subtraction, so the residual measures the scheme's conservation:
+
+    residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
+"""
+import json
+import warnings
+from array import array
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+from pysph_boiling.files import whole
+from pysph_boiling.names import whole_number
+from pysph_boiling.parallel import ranks
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
+from pysph_boiling.schemes.effects import Column, Moment, enthalpies, gather, total
+
+__all__ = ["Ledger", "load_results", "save_results", "write_json"]
+
+START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constant -> what it was at first
+
+
+def save_results(path, table):
+    """Write ``table`` (name -> array (rows,)) as npz: to a temporary file first, so that no reader sees half of it."""
+    with whole(path) as part, open(part, "wb") as opened:
+        np.savez(opened, **table)
+
+
+def load_results(path):
+    """Read ``results.npz`` (a file, or the folder it is in) as a dict name -> array (rows,).
+
+    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is cut off or is not a results table. Nothing in it is
+    executed.
+    """
+    path = Path(path)
+    path = path / "results.npz" if path.is_dir() else path
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            table = {name: data[name] for name in data.files}
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # whatever zipfile, zlib and NumPy make of a broken file
+        raise ValueError(f"{path} is not a complete results table: {error}") from None
+    if "t" not in table or len({values.shape for values in table.values()}) != 1 or any(
+            values.ndim != 1 or values.dtype.kind not in "iufb" for values in table.values()):
+        raise ValueError(f"{path} is not a results table: it has no column t, or its columns are not rows of numbers "
+                         "of equal length")
+    return table
+
+
+def write_json(path, data):
+    """Write ``data`` as JSON, to a temporary file first."""
+    with whole(path) as part:
+        part.write_text(json.dumps(data, indent=2, default=str) + "\n")
+
+
+class Rows(Sequence):
+    """Rows of numbers under common names, each read as a dict: 8 bytes a number, where dicts take a hundred."""
+
+    def __init__(self):
+        self.names, self.values = (), []
+
+    def append(self, row):
+        if not self.values:
+            self.names = tuple(row)
+        self.values.append(array("d", [row[name] for name in self.names]))
+
+    def pop(self):
+        self.values.pop()
+
+    def __len__(self):
+        return len(self.values)
+
+    def __getitem__(self, index):
+        return dict(zip(self.names, self.values[index]))
+
+    def table(self):
+        """Name -> array (rows,)."""
+        return dict(zip(self.names, np.array(self.values).T.copy()))
+
+
+class Ledger(Tool):
+    """PySPH tool that balances mass and energy after each step and collects the results table.
+
+    Parameters
+    ----------
+    scheme : PBFScheme      Its effects say which flows and columns there are.
+    every : int             Steps between two rows, >= 1. The balance itself needs no history: flows are cumulative.
+    path : path or None     Where ``results.npz`` goes; rows are also kept in ``rows``.
+
+    Errors: ``ValueError`` at the start for a property of a fluid array that no effect declares: the ledger could not
+    account for what it does.
+    """
+
+    def __init__(self, scheme, every=1, path=None):
+        self.scheme, self.every, self.path = scheme, whole_number("every", every, low=1, unit="step"), path
+        self.scene = scheme.scene()
+        self.flows = scheme.gather("flows")
+        self.thermal = "heat" in scheme.effects
+        self.columns = [*self._own_columns(), *scheme.gather("columns")]
+        self.rows, self.now = Rows(), None
+        self.warned = False
+
+    def check(self, arrays):
+        """Refuse fluid properties that nobody declared."""
+        known = {row.name for row in (*BASE_PROPERTIES, *self.scheme.gather("properties"))} | set(PYSPH_PROPERTIES)
+        for pa in arrays:
+            unknown = sorted(set(pa.properties) - known)
+            if unknown:
+                raise ValueError(f"array '{pa.name}' carries {', '.join(unknown)}, which no effect of the scheme "
+                                 "declares: the ledger cannot account for it")
+
+    def begin(self, arrays):
+        """Remember energy, mass and particles of the start; a resumed run keeps the values of its first start."""
+        self.check(arrays)
+        first = arrays[0]
+        for constant, name in START.items():
+            if constant not in first.constants:
+                first.add_constant(constant, float(getattr(self, name)(arrays)))
+
+    def resume(self, table, t):
+        """Take over the rows of an interrupted run up to the time ``t`` [s]."""
+        kept = table["t"] <= t
+        for row in zip(*(values[kept] for values in table.values())):
+            self.rows.append(dict(zip(table, row)))
+
+    def energy(self, arrays):
+        """Enthalpy of the domain [J]."""
+        if not self.thermal:
+            return 0.0
+        stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
+        return ranks.total(float(np.sum(enthalpies(arrays)))) + stored
+
+    @staticmethod
+    def mass(arrays):
+        """Mass of the domain [kg]."""
+        return ranks.total(float(np.sum(gather(arrays, "m"))))
+
+    @staticmethod
+    def count(arrays):
+        """Particles of the domain."""
+        return ranks.total(len(gather(arrays, "m")))  # a device counts periodic ghosts among the real ones
+
+    def lost(self, arrays):
+        """Particles of the start, and of those that flowed in since, that are neither there nor were removed."""
+        def number(name):
+            return sum(float(pa.constants[name].get_npy_array()[0]) for pa in arrays if name in pa.constants)
+
+        removes = any(effect.removes_particles for effect in self.scheme.effects.values())
+        come, gone = number("n_refilled"), number("n_vented")
+        return round(self.start(arrays, "ledger_count") + come - (gone if removes else 0.0) - self.count(arrays))
+
+    @staticmethod
+    def start(arrays, constant):
+        return float(arrays[0].constants[constant].get_npy_array()[0])
+
+    def flow(self, arrays, flow):
+        """One flow since the start [J], positive in its own direction."""
+        if flow.prop:
+            return total(arrays, flow.prop)
+        return sum(float(pa.constants[flow.constant].get_npy_array()[0]) for pa in arrays)
+
+    def balance(self, arrays):
+        """(in, out, leak, residual): energies [J] since the start, and the relative residual [-]."""
+        inward = outward = leak = moved = 0.0
+        for flow in self.flows:
+            value = flow.sign * self.flow(arrays, flow)
+            moved += abs(value)
+            if flow.leak:
+                leak += value
+            elif flow.sign > 0:
+                inward += value
+            else:
+                outward -= value
+        change = self.energy(arrays) - self.start(arrays, "ledger_energy")
+        scale = max(moved, self.scene.particle_mass * self.scene.material.L)
+        return inward, outward, leak, (change - inward + outward - leak) / scale
+
+    @staticmethod
+    def mass_out(arrays):
+        return sum(float(pa.mass_vented[0]) for pa in arrays if "mass_vented" in pa.constants)
+
+    @staticmethod
+    def mass_in(arrays):
+        return sum(float(pa.mass_refilled[0]) for pa in arrays if "mass_refilled" in pa.constants)
+
+    def _own_columns(self):
+        def mass_residual(arrays, scene):
+            start = self.start(arrays, "ledger_mass")
+            return (self.mass(arrays) + self.mass_out(arrays) - self.mass_in(arrays) - start) / max(
+                start, scene.particle_mass)  # a vessel may start empty
+
+        columns = [
+            Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),
+            Column("mass_out", "kg", "mass vented since the start", lambda arrays, scene: self.mass_out(arrays)),
+            Column("mass_in", "kg", "mass that flowed in since the start", lambda arrays, scene: self.mass_in(arrays)),
+            Column("mass_residual", "-", "mass not accounted for, relative to the start", mass_residual),
+        ]
+        if self.thermal:
+            columns += [
+                Column("energy", "J", "enthalpy of the domain", lambda arrays, scene: self.energy(arrays)),
+                Column("energy_in", "J", "energy in since the start", lambda arrays, scene: self.balanced[0]),
+                Column("energy_out", "J", "energy out since the start", lambda arrays, scene: self.balanced[1]),
+                Column("energy_model_leak", "J", "energy made by literal forms of the paper since the start",
+                       lambda arrays, scene: self.balanced[2]),
+                Column("energy_residual", "-", "energy not accounted for / max(energy moved so far, m_p L)",
+                       lambda arrays, scene: self.balanced[3]),
+                Column("heat_subcycles", "-", "heat steps in the last step",
+                       lambda arrays, scene: float(self.scheme.integrator.heat_subcycles)),
+            ]
+            columns += [Column(flow.name, "J", "energy since the start, positive in its own direction",
+                               lambda arrays, scene, flow=flow: self.flow(arrays, flow))
+                        for flow in self.flows if not flow.leak]
+        return columns
+
+    def row(self, t, dt):
+        """One row of the results: a dict column -> value."""
+        arrays = Moment(self.scheme.arrays)
+        if self.thermal:
+            self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
+        values = {"t": t, "dt": dt}
+        values.update((column.name, column.value(arrays, self.scene)) for column in self.columns)
+        return values
+
+    def pre_step(self, solver):
+        if solver.count % self.every and self.rows and self.rows[-1]["t"] >= solver.t * (1.0 - 1e-12):
+            self.rows.pop()  # the last step of a run that goes on now: no row of the whole run
+
+    def post_step(self, solver):
+        self.now = solver.t + solver.dt, solver.dt
+        if (solver.count + 1) % self.every == 0:
+            self.add(*self.now)
+
+    def finish(self):
+        """Add the row of the last step, if it has none: the results end where the run does."""
+        if self.now and (not self.rows or self.rows[-1]["t"] < self.now[0]):
+            self.add(*self.now)
+
+    def add(self, t, dt):
+        row = self.row(t, dt)
+        self.rows.append(row)
+        if row.get("energy_undelivered", 0.0) > 0.0 and not self.warned:
+            self.warned = True
+            warnings.warn(f"at t = {row['t']:.4g} s nothing was within reach of the heater: its energy is not "
+                          "delivered (booked as energy_undelivered)", stacklevel=2)
+
+    def table(self):
+        """The rows as name -> array (rows,)."""
+        if not self.rows:
+            return {name: np.zeros(0) for name in ("t", "dt", *(column.name for column in self.columns))}
+        return self.rows.table()
+
+    def save(self):
+        """Write the results so far."""
+        if self.path is not None:
+            save_results(self.path, self.table())

@@ -1,0 +1,176 @@
+"""Going on with a run: the state that its files hold, and what may be other than it was when it began.
+
+What may change is marked at each parameter (``param(..., may_change=True)``); everything else is refused by name.
+"""
+import dataclasses
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pysph_boiling.files import read_output, run_record, step_of
+from pysph_boiling.runs.ledger import load_results
+
+__all__ = ["Resumed", "Setting", "settings", "with_units"]
+
+
+class Setting(NamedTuple):
+    """Something that makes a run what it is: its name in messages, its value and unit, and whether it may change."""
+
+    flag: str
+    value: object
+    unit: str = "-"
+    may_change: bool = False
+
+    def text(self, value):
+        if value is None:
+            return "not given"
+        return f"{value}{'' if self.unit == '-' else ' ' + self.unit}"
+
+
+def with_units(instance):
+    """Parameters of a scene or an effect as ``run.json`` holds them: name -> value and unit."""
+    return {spec.name: {"value": getattr(instance, spec.name), "unit": spec.metadata["unit"]}
+            for spec in dataclasses.fields(instance) if "unit" in spec.metadata}
+
+
+def marks(instance):
+    """Name of each parameter of a scene or an effect -> whether it may change when a run goes on."""
+    return {spec.name: spec.metadata.get("may_change", False) for spec in dataclasses.fields(instance)}
+
+
+def settings(application):
+    """What a run is: three dicts name -> :class:`Setting`, of the scene's parameters, the scheme, and the effects."""
+    p, scheme = application.parameters, application.scheme
+    may = marks(p)
+    scene = {name: Setting(f"--{name.replace('_', '-')}", row["value"], row["unit"], may[name])
+             for name, row in with_units(p).items()}
+    solver = {"fname": Setting("--fname", application.fname), "dim": Setting("dim", scheme.dim),
+              "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
+              "kernel": Setting("--kernel", type(scheme.kernel).__name__),
+              "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),
+              "material": Setting("material", getattr(scheme.material, "name", None)),
+              "dt": Setting("--timestep", scheme.dt, "s", may_change=True),
+              "backend": Setting("backend", application.backend(), may_change=True)}
+    effects = {}
+    for slot in scheme.slots:
+        effect = scheme.effects.get(slot)
+        effects[slot] = Setting(f"--{slot}", "off" if effect is None else type(effect).__name__)
+        for name, row in with_units(effect).items() if effect is not None else ():
+            effects[f"{slot}.{name}"] = Setting(f"--{slot}.{name.replace('_', '-')}", row["value"], row["unit"],
+                                                marks(effect)[name])
+    return scene, solver, effects
+
+
+def stored_settings(record, slots, t):
+    """The values in ``run.json`` for a state at ``t`` [s], as :func:`settings`: later changes are taken back."""
+    scene = {name: row["value"] for name, row in record["parameters"].items()}
+    solver = dict(record)
+    effects = dict.fromkeys(slots, "off")
+    for slot, row in record["effects"].items():
+        effects[slot] = row["class"]
+        effects.update((f"{slot}.{name}", one["value"]) for name, one in row.items() if name != "class")
+    for change in reversed(record.get("changes", ())):
+        for stored in (scene, solver, effects):
+            if change["t"] > t and change["parameter"] in stored:
+                stored[change["parameter"]] = change["before"]
+    return scene, solver, effects
+
+
+def compare(application, record, t):
+    """What has changed since ``run.json`` was written, as rows for its ``changes``.
+
+    Errors: ``ValueError`` that names what must not, with both values. Where it is parameters of the scene, what follows
+    from them in the scheme and its effects is left out.
+    """
+    changes, scene = [], application.scene_name()
+    if record["scene"] != scene:
+        raise ValueError(f"a run of {record['scene']} cannot go on as {scene}")
+    for now, before in zip(settings(application), stored_settings(record, application.scheme.slots, t)):
+        refused = []
+        for name, setting in now.items():
+            value = json.loads(json.dumps(setting.value, default=str))
+            if name not in before or before[name] == value:
+                continue
+            if setting.may_change:
+                changes.append({"t": t, "parameter": name, "before": before[name], "after": value,
+                                "unit": setting.unit})
+            else:
+                refused.append(f"{setting.flag} (it was {setting.text(before[name])}, and would become "
+                               f"{setting.text(value)})")
+        if refused:
+            raise ValueError(f"a run cannot go on with another {', '.join(refused)}. It was started with: "
+                             f"{' '.join(record['arguments'])}")
+    return changes
+
+
+class Resumed:
+    """The state of an interrupted run, from one of its particle files, and the results and ``run.json`` beside it.
+
+    Particle values go into arrays made anew, so that what is compiled is what the first start compiled. ``changes`` are
+    those of parameters, earlier ones included: dicts with ``t`` [s], ``parameter``, ``before``, ``after``, ``unit``.
+
+    Errors: ``ValueError`` where the file is not of this scene with these effects, or what must not change has changed.
+    """
+
+    def __init__(self, file, application, arrays):
+        self.folder = Path(file).parent
+        self.record = run_record(self.folder)
+        found, solver_data = read_output(file)
+        self.t, self.count = float(solver_data["t"]), int(solver_data["count"])
+        try:
+            new = compare(application, self.record, self.t)
+        except (AttributeError, KeyError, TypeError) as error:
+            raise ValueError(f"{file} cannot be gone on from: the run.json beside it, which says how it was made, is "
+                             f"{'not one of ours' if self.record else 'not there'}") from error
+        self.new = [change for change in new if change["parameter"] not in ("dt", "backend")]
+        self.changes = [*(one for one in self.record.get("changes", ()) if one["t"] <= self.t), *new]
+        given = {name for effect in application.scheme.effects.values() for name in effect.given}
+        self.constants = {}
+        for pa in arrays:
+            stored = found.get(pa.name)
+            lacks = ["it"] if stored is None else [
+                *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
+                *sorted(set(pa.constants) - set(stored.constants))]
+            if lacks:
+                raise ValueError(f"{file} does not fit this scene with these effects: of array '{pa.name}' it lacks "
+                                 f"{', '.join(lacks)}"
+                                 + "".join(f"; {one['parameter']} has changed" for one in self.new))
+            self.fill(pa, stored, given)
+
+    def fill(self, pa, stored, given):
+        """Give an array the particles, properties and constants of the file; parameters keep what is asked for now."""
+        n, now = stored.get_number_of_particles(), pa.get_number_of_particles()
+        if n < now:
+            pa.remove_particles(np.arange(n, now))
+        elif n > now:
+            pa.extend(n - now)
+            pa.align_particles()
+        for name in pa.output_property_arrays:
+            pa.get(name, only_real_particles=False)[:] = stored.get(name, only_real_particles=False)
+        for name in set(pa.constants) - given:
+            pa.constants[name].get_npy_array()[:] = stored.constants[name].get_npy_array()
+        self.constants[pa.name] = {name: stored.constants[name].get_npy_array().copy() for name in
+                                   set(stored.constants) - set(pa.constants)}
+
+    def apply(self, solver, ledger, tools):
+        """Set the clock, and give the ledger and the tools what they had collected."""
+        from pysph_boiling.schemes.bubbles import Departures
+        from pysph_boiling.schemes.effects.venting import VentingTool
+
+        solver.t, solver.count = self.t, self.count
+        for pa in solver.particles:
+            for name, values in self.constants[pa.name].items():
+                pa.add_constant(name, values)
+        early = self.t * (1.0 + 1e-12)
+        if (self.folder / "results.npz").exists():
+            ledger.resume(load_results(self.folder), early)
+        for tool in tools:
+            name = {Departures: "departures", VentingTool: "vents"}.get(type(tool))
+            if name:
+                tool.events = [tuple(event) for event in self.record.get(name, ()) if event[0] <= early]
+
+    def later(self, name):
+        """Whether a file of the run's folder is of a later step, or a picture of what came after."""
+        return step_of(name) > self.count or name.endswith((".png", ".gif", ".mp4", ".vtu", ".pvd"))

@@ -1,0 +1,108 @@
+"""Bubbles of a state: size, centroid, mean radius, from the labels of :mod:`pysph_boiling.equations.bubble_groups`.
+
+Only the vapour subset is touched, so the cost is that of the vapour.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from pysph.solver.tools import Tool
+
+from pysph_boiling.parallel import ranks
+from pysph_boiling.schemes.effects.base import shared
+from pysph_boiling.schemes.vapour import Vapour
+
+__all__ = ["BubbleTable", "Departures", "bubble_table", "equivalent_radius", "store_sizes", "vapour_of"]
+
+
+@dataclass(frozen=True)
+class BubbleTable:
+    """One row per bubble, sorted by label; all arrays have shape (bubbles,) but for the centroid.
+
+    ``label`` smallest uid [-]; ``n`` particles [-]; ``mass`` [kg]; ``centroid`` (bubbles, 3) [m]; ``mean_radius`` mean
+    distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` of a disc or sphere of its rest volume,
+    swollen where vapour swells [m]; ``deficit`` sum of m c_v (T_sat - T) over its particles below saturation (the
+    paper, eq. 20) [J].
+    """
+
+    label: np.ndarray
+    n: np.ndarray
+    mass: np.ndarray
+    centroid: np.ndarray
+    mean_radius: np.ndarray
+    equivalent_radius: np.ndarray
+    deficit: np.ndarray
+
+
+@shared
+def vapour_of(arrays):
+    """The :class:`Vapour` of fluid arrays with current labels."""
+    return Vapour(arrays)
+
+
+def equivalent_radius(vapour, scene):
+    """Radius of a disc or sphere of the rest volume of each bubble, swollen where vapour swells, (bubbles,) [m]."""
+    m = vapour.get("m")
+    swollen = "swell" in vapour.arrays[0].properties
+    volume = vapour.sum(m * vapour.get("swell") if swollen else m) / scene.rho0
+    return np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
+
+
+@shared
+def bubble_table(arrays, scene, period=None):
+    """The :class:`BubbleTable` of fluid arrays with current labels.
+
+    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic, that of the scene
+    if not given: positions of a bubble are then taken relative to one of its members, by the nearest image (a bubble
+    must be shorter than half a period).
+    """
+    vapour = vapour_of(arrays)
+    place, centroid = vapour.places(scene.period if period is None else period)
+    distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
+    m = vapour.get("m")
+    deficit = vapour.sum(m * np.maximum(scene.material.L - vapour.get("e"), 0.0))
+    return BubbleTable(vapour.label, vapour.n, vapour.sum(m), centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),
+                       equivalent_radius(vapour, scene), deficit)
+
+
+def store_sizes(arrays):
+    """Write the number of particles of its bubble to each vapour particle (``bubble_n``), 0 to all others."""
+    vapour = Vapour(arrays)
+    vapour.put("bubble_n", vapour.n[vapour.index], elsewhere=0)
+
+
+class Departures(Tool):
+    """Records each bubble that leaves the base: ``events`` is a list of (time [s], particles).
+
+    A bubble is aloft when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when it
+    is aloft and most of its particles were in a bubble at the base one step before; so a bubble that splits or merges
+    on its way up does not depart again, and vapour that is made aloft does not depart at all.
+    """
+
+    def __init__(self, scheme, clearance):
+        self.scheme, self.clearance = scheme, clearance
+        self.up = np.array(scheme.scene().up)
+        self.base = None
+        self.attached = None  # uids in bubbles at the base, one step before
+        self.events = []
+
+    def pre_step(self, solver):
+        if self.attached is None:  # also when an interrupted run goes on
+            sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
+            self.base = ranks.largest(max(
+                float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up, initial=-np.inf)) for pa in sites))
+            uid, vapour, aloft = self.look()
+            self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
+
+    def post_step(self, solver):
+        uid, vapour, aloft = self.look()
+        before = vapour.sum(np.isin(uid, self.attached, assume_unique=True))
+        for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
+            self.events.append((solver.t + solver.dt, int(n)))
+        self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
+
+    def look(self):
+        """Uids of the vapour particles, their bubbles, and of each bubble whether it is aloft."""
+        vapour = Vapour(self.scheme.arrays)
+        height = np.stack([vapour.get(name) for name in "xyz"], -1) @ self.up - self.base
+        return vapour.get("uid"), vapour, -vapour.max(-height, least=-np.inf) > self.clearance
