@@ -22,7 +22,7 @@ from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatTe
 from pysph_boiling.files import last_output, output_files, read_output
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import add_properties, host
-from pysph_boiling.runs import pysph_options as inherited
+from pysph_boiling.runs import pysph_options
 from pysph_boiling.runs.application import double_precision
 from pysph_boiling.schemes import effects
 from pysph_boiling.schemes.integrator import HeatClock
@@ -66,10 +66,11 @@ class ReuseWCSPH(Application):
 
     def _setup_argparse(self):
         super()._setup_argparse()
-        inherited.settle(self.arg_parse, also={"--restart-file": "PySPH's own reader would run what the file holds"})
+        pysph_options.settle(
+            self.arg_parse, also={"--restart-file": "PySPH's own reader would run what the file holds"})
 
     def consume_user_options(self):
-        inherited.check(self.options)
+        pysph_options.check(self.options)
 
     @property
     def output_files(self):
@@ -86,7 +87,7 @@ class ReuseWCSPH(Application):
 
     def create_nnps(self):
         """Our neighbour search, if ``--nnps`` asks for it. ``None``: PySPH makes one."""
-        return search_for(self) if self.options.nnps == inherited.SEARCHES[0] else None
+        return search_for(self) if self.options.nnps == pysph_options.SEARCHES[0] else None
 
     def create_domain(self):
         return DomainManager(xmin=0.0, xmax=LENGTH, ymin=0.0, ymax=HEIGHT, periodic_in_x=True, periodic_in_y=True)

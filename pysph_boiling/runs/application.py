@@ -33,7 +33,7 @@ from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.device import on_host, real
 from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
 from pysph_boiling.parallel import ranks
-from pysph_boiling.runs import pysph_options as inherited
+from pysph_boiling.runs import pysph_options
 from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.resume import Resumed, settings, with_units
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
@@ -406,7 +406,7 @@ class SceneApplication(Application):
         """Our neighbour search, if ``--nnps`` asks for it; the first rank compiles it. ``None``: PySPH makes one."""
         if on_device(self.options):
             return None
-        if self.options.nnps != inherited.SEARCHES[0]:
+        if self.options.nnps != pysph_options.SEARCHES[0]:
             if self.options.reorder_freq is None:
                 self.solver.set_reorder_freq(0)  # PySPH's were not all made for it
             return None
@@ -504,12 +504,12 @@ class SceneApplication(Application):
 
     def _setup_argparse(self):
         super()._setup_argparse()
-        inherited.settle(self.arg_parse)
+        pysph_options.settle(self.arg_parse)
 
     def _parse_command_line(self, force=False):
         if not hasattr(self, "options") or force:
             super()._parse_command_line(force)
-            inherited.check(self.options)
+            pysph_options.check(self.options)
             self.fname = self.options.fname
             self.quiet, self.options.quiet = self.options.quiet or ranks.rank() > 0, True  # what is said is ours
 

@@ -5,7 +5,7 @@ import inspect
 import pytest
 
 from pysph_boiling import cli
-from pysph_boiling.evaluation import validate as validation
+from pysph_boiling.evaluation import validate
 from pysph_boiling.runs.application import Stopped
 
 
@@ -50,7 +50,7 @@ def test_ctrl_c_is_one_line_and_a_status(tmp_path, monkeypatch, capsys, where, c
 
 
 def test_validate_says_at_once_that_it_needs_a_checkout(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(validation, "FOLDER", tmp_path / "site-packages" / "tests" / "validation")
+    monkeypatch.setattr(validate, "FOLDER", tmp_path / "site-packages" / "tests" / "validation")
     monkeypatch.chdir(tmp_path)
     assert cli.main(["validate"]) == 2
     err = capsys.readouterr().err

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from pysph_boiling.evaluation import validate as validation
+from pysph_boiling.evaluation import validate
 
-CASES = validation.cases()
+CASES = validate.cases()
 ROOT = Path(__file__).parents[2]
-HEADING = "| " + " | ".join(validation.COLUMNS) + " |\n" + "|---" * len(validation.COLUMNS) + "|\n"
+HEADING = "| " + " | ".join(validate.COLUMNS) + " |\n" + "|---" * len(validate.COLUMNS) + "|\n"
 LONG = {"trends"}  # half a minute even in the quick form
 
 
@@ -19,7 +19,7 @@ LONG = {"trends"}  # half a minute even in the quick form
     *(pytest.param(name, False, marks=pytest.mark.slow, id=name) for name in CASES)])
 def test_case(name, quick, tmp_path):
     """A row that fails must be known to, and one that is known to fail must fail in the full form."""
-    rows = validation.measure(CASES[name], quick, tmp_path / "picture.png")
+    rows = validate.measure(CASES[name], quick, tmp_path / "picture.png")
     assert rows and (tmp_path / "picture.png").stat().st_size > 10_000
     for row in rows:
         shown = f"{row.case}, {row.bounds.what}: {row.found}, bounds {row.bounds.text}"
@@ -34,11 +34,11 @@ def test_case(name, quick, tmp_path):
 def test_readme_names_formula_and_bounds(name):
     text = (CASES[name] / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# ") and "problems/" in text
-    assert validation.read_bounds(CASES[name] / "README.md")
+    assert validate.read_bounds(CASES[name] / "README.md")
 
 
 def test_tests_that_the_page_names_exist():
-    commands = re.findall(r"`pytest ([^`]*)`", (validation.FOLDER / "covered.md").read_text(encoding="utf-8"))
+    commands = re.findall(r"`pytest ([^`]*)`", (validate.FOLDER / "covered.md").read_text(encoding="utf-8"))
     assert len(commands) > 10
     for command in commands:
         assert (ROOT / command.split()[-1].split("::")[0]).exists(), command
@@ -53,13 +53,13 @@ def test_tests_that_the_page_names_exist():
 def test_row_without_bounds_or_reason_is_refused(row, message, tmp_path):
     (tmp_path / "README.md").write_text(HEADING + row + "\n")
     with pytest.raises(ValueError, match=message):
-        validation.read_bounds(tmp_path / "README.md")
+        validate.read_bounds(tmp_path / "README.md")
 
 
 def test_another_table_is_refused(tmp_path):
     (tmp_path / "README.md").write_text("| a | b |\n|---|---|\n| 1 | 2 |\n")
     with pytest.raises(ValueError, match="must have the columns"):
-        validation.read_bounds(tmp_path / "README.md")
+        validate.read_bounds(tmp_path / "README.md")
 
 
 # --- the command, on a made-up case -----------------------------------------------------------------------------------
@@ -99,7 +99,7 @@ def checkout(tmp_path, monkeypatch):
         (folder / "made_up" / "case.py").write_text(CASE.format(other=other))
         (folder / "intro.md").write_text("What this is.\n")
         (folder / "covered.md").write_text("## Covered by tests\n")
-        monkeypatch.setattr(validation, "FOLDER", folder)
+        monkeypatch.setattr(validate, "FOLDER", folder)
         monkeypatch.chdir(tmp_path)
         return tmp_path
 
@@ -108,7 +108,7 @@ def checkout(tmp_path, monkeypatch):
 
 def test_page_keeps_the_kinds_apart_and_shows_what_fails(checkout):
     root = checkout()
-    validation.validate(["--json", "rows.json"])
+    validate.validate(["--json", "rows.json"])
     page = (root / "docs" / "validation.md").read_text(encoding="utf-8")
     first, second = page.split("## Regression")
     assert "half of 1" in first and "something" not in first and "something" in second
@@ -125,21 +125,21 @@ def test_case_that_is_run_alone_leaves_the_others_as_they_are(checkout):
     root = checkout()
     folder = root / "tests" / "validation"
     shutil.copytree(folder / "made_up", folder / "other")
-    validation.validate([])
+    validate.validate([])
     (folder / "other" / "case.py").write_text(CASE.format(other="1.0").replace('"measured"', '"measured anew"'))
     (folder / "made_up" / "case.py").write_text("broken")
-    validation.validate(["other"])
+    validate.validate(["other"])
     page = (root / "docs" / "validation.md").read_text(encoding="utf-8")
     assert "6 rows, 2 of which fail" in page
     assert page.count("| measured |") == 1 and page.count("| measured anew |") == 1
     shutil.rmtree(folder / "made_up")
-    validation.validate(["other"])
+    validate.validate(["other"])
     assert "3 rows, 1 of which" in (root / "docs" / "validation.md").read_text(encoding="utf-8")
 
 
 def test_quick_form_leaves_the_documentation_alone(checkout):
     root = checkout()
-    validation.validate(["--quick"])
+    validate.validate(["--quick"])
     assert not (root / "docs").exists()
     assert "quick form" in (root / "validate" / "validation.md").read_text()
 
@@ -148,7 +148,7 @@ def test_quick_form_leaves_the_documentation_alone(checkout):
 def test_row_that_fails_unexpectedly_ends_the_command(checkout, value):
     root = checkout(value)
     with pytest.raises(AssertionError, match="made_up: something: measured"):
-        validation.validate([])
+        validate.validate([])
     assert "| **fails** |" in (root / "docs" / "validation.md").read_text()
 
 
@@ -157,17 +157,17 @@ def test_rows_and_readme_must_agree(checkout, tmp_path):
     folder = root / "tests" / "validation" / "made_up"
     (folder / "README.md").write_text(README.replace("`other`", "`another`"))
     with pytest.raises(ValueError, match="row 'other' is not in its README"):
-        validation.measure(folder, quick=False)
+        validate.measure(folder, quick=False)
     (folder / "README.md").write_text(README + "| `more` | validation | x | y | 0 | 1 | because | |\n")
     with pytest.raises(ValueError, match="nothing was measured for more"):
-        validation.measure(folder, quick=False)
-    assert len(validation.measure(folder, quick=True)) == 2
+        validate.measure(folder, quick=False)
+    assert len(validate.measure(folder, quick=True)) == 2
 
 
 def test_unknown_case_and_missing_checkout_are_told(checkout, tmp_path, monkeypatch):
     checkout()
     with pytest.raises(ValueError, match="no case 'nonsense'; there are: made_up"):
-        validation.validate(["nonsense"])
-    monkeypatch.setattr(validation, "FOLDER", tmp_path / "elsewhere")
+        validate.validate(["nonsense"])
+    monkeypatch.setattr(validate, "FOLDER", tmp_path / "elsewhere")
     with pytest.raises(ValueError, match="needs a checkout of the repository"):
-        validation.validate([])
+        validate.validate([])

@@ -5,7 +5,7 @@ import pytest
 from pysph.solver.application import Application
 
 from pysph_boiling import cli
-from pysph_boiling.runs import pysph_options as inherited
+from pysph_boiling.runs import pysph_options
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,28 +22,28 @@ def actions(application):
 def test_every_option_of_pysph_is_in_the_table_and_nothing_else_is(tmp_path):
     known = set(actions(Bare(fname="bare", output_dir=str(tmp_path))))
     assert len(known) > 55
-    assert known == inherited.WORKS.keys() | inherited.REFUSED.keys()
-    assert not inherited.WORKS.keys() & inherited.REFUSED.keys()
+    assert known == pysph_options.WORKS.keys() | pysph_options.REFUSED.keys()
+    assert not pysph_options.WORKS.keys() & pysph_options.REFUSED.keys()
 
 
 @pytest.mark.parametrize("scene", cli.scenes())
 def test_every_scene_has_what_works_and_refuses_the_rest(scene):
     found = actions(cli.scene_class(scene)())
     text = cli.scene_class(scene)().arg_parse.format_help()
-    refused = {flag for flag, action in found.items() if isinstance(action, inherited.Refused)}
-    assert refused - inherited.REFUSED.keys() <= {"--restart-file"} and inherited.REFUSED.keys() <= refused
-    assert inherited.WORKS.keys() - refused <= found.keys()
+    refused = {flag for flag, action in found.items() if isinstance(action, pysph_options.Refused)}
+    assert refused - pysph_options.REFUSED.keys() <= {"--restart-file"} and pysph_options.REFUSED.keys() <= refused
+    assert pysph_options.WORKS.keys() - refused <= found.keys()
     assert not [flag for flag in refused if f"{flag} " in text or f"{flag}\n" in text]
 
 
 @pytest.mark.parametrize("scene", ["dam_break", "reuse_wcsph"])
-@pytest.mark.parametrize("flag", inherited.REFUSED)
+@pytest.mark.parametrize("flag", pysph_options.REFUSED)
 def test_refused_option_ends_the_run_with_its_name_and_reason(scene, flag, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for arguments in ([flag, "1"], [f"{flag}=1"], [flag]):
         assert cli.main(["run", scene, *arguments]) == 2
         assert capsys.readouterr().err == (
-            f"pysph-boiling: {flag} is not for our scenes: {inherited.REFUSED[flag]}\n")
+            f"pysph-boiling: {flag} is not for our scenes: {pysph_options.REFUSED[flag]}\n")
     assert not list(tmp_path.iterdir())
 
 
@@ -84,4 +84,4 @@ def test_value_that_is_not_served_is_refused(arguments, message, tmp_path, monke
 
 
 def test_page_is_the_table():
-    assert (ROOT / "docs" / "options.md").read_text() == inherited.table()
+    assert (ROOT / "docs" / "options.md").read_text() == pysph_options.table()
