@@ -118,7 +118,7 @@ def test_who_owns_and_reads_what(method):
 
 
 def test_our_manager_of_ranks_is_still_needed():
-    """Once PySPH's own is as fast, schemes/partition.py can go."""
+    """Once PySPH's own is as fast, parallel/partition.py can go."""
     done = launch(2, str(SCENE.with_name("partition.py")), "compare")
     assert done.returncode == 0, done.stderr[-4000:]
     ours, pysph = (np.array(json.loads(done.stdout)[name]) for name in ("ours", "pysph"))
