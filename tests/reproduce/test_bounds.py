@@ -13,7 +13,7 @@ from pysph_boiling.evaluation.reproduce.wording import PAPER
 from pysph_boiling.report.markdown_page import write_report
 from pysph_boiling.report.sections import Section, bound, judged
 
-ROOT = Path(explosive.__file__).parents[2]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(("measured", "agrees"), [([0.5], True), ([0.1, 1.0], True), ([0.05, 0.5], False),
