@@ -36,6 +36,8 @@ __all__ = [
 class LeanSum(Equation):
     """Base of the lean sums: an equation with the parameters of the ``general`` one and the scheme's ``kernel``.
 
+    Source: ours. It has no kernel of its own: what a sum reads and writes is said at its general equation.
+
     Errors: ``ValueError`` for a kernel that :func:`~pysph_boiling.equations.helpers.kernel_coefficients` does not know.
     """
 

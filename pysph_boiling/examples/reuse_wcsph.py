@@ -87,7 +87,7 @@ class ReuseWCSPH(Application):
 
     def create_nnps(self):
         """Our neighbour search, if ``--nnps`` asks for it. ``None``: PySPH makes one."""
-        return search_for(self) if self.options.nnps == pysph_options.SEARCHES[0] else None
+        return search_for(self) if pysph_options.asks_for_ours(self.options) else None
 
     def create_domain(self):
         return DomainManager(xmin=0.0, xmax=LENGTH, ymin=0.0, ymax=HEIGHT, periodic_in_x=True, periodic_in_y=True)

@@ -406,7 +406,7 @@ class SceneApplication(Application):
         """Our neighbour search, if ``--nnps`` asks for it; the first rank compiles it. ``None``: PySPH makes one."""
         if on_device(self.options):
             return None
-        if self.options.nnps != pysph_options.SEARCHES[0]:
+        if not pysph_options.asks_for_ours(self.options):
             if self.options.reorder_freq is None:
                 self.solver.set_reorder_freq(0)  # PySPH's were not all made for it
             return None

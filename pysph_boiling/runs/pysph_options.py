@@ -7,7 +7,7 @@ import re
 
 from pysph_boiling.names import nearest
 
-__all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "settle", "table"]
+__all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "settle", "table"]
 
 # Our search, and PySPH's that find the neighbours that its linked lists find: positions and enthalpies equal to
 # round-off (1.4e-14) after 20 steps of a dam break and of a heated slab.
@@ -144,12 +144,17 @@ def settle(parser, also=None):
                       help="how threads share a loop: static, dynamic or guided, a comma, iterations at a time")
 
 
+def asks_for_ours(options):
+    """Whether ``--nnps`` names our neighbour search, as it does by default."""
+    return options.nnps == SEARCHES[0]
+
+
 def check(options):
     """Raise ``ValueError`` for options that contradict each other or lie outside their range."""
     for bad, text in (
         (options.openmp and options.with_openmp is False, "--openmp and --no-openmp contradict each other"),
         (options.with_opencl and options.with_cuda, "--opencl and --cuda contradict each other"),
-        ((options.with_opencl or options.with_cuda) and options.nnps != SEARCHES[0],
+        ((options.with_opencl or options.with_cuda) and not asks_for_ours(options),
          f"--nnps {options.nnps} is for the host: a device has its own search"),
         (options.max_steps < 1, f"--max-steps must be >= 1 step, got {options.max_steps}"),
         (options.lb_freq < 1, f"--lb-freq must be >= 1 step, got {options.lb_freq}"),
