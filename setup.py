@@ -32,7 +32,6 @@ setup(
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "view": VIEW,
-        "docs": ["sphinx"],
     },
     entry_points={"console_scripts": ["pysph-boiling = pysph_boiling.cli:main"]},
     classifiers=[

@@ -307,8 +307,7 @@ def check_device(file, fn, integer_attributes):
                     yield "bare-conditional", file, c, f"{fn.name}: {ast.unparse(n)}"
 
 
-def check(texts):
-    trees = {file: ast.parse(text) for file, text in texts.items()}
+def check(texts, trees):
     found, classes = kernels(trees)
     lines = {file: text.splitlines() for file, text in texts.items()}
     coercers = {"float": "float", "int": "int"}
@@ -338,12 +337,20 @@ def check(texts):
 
 def lint(texts):
     """Findings in modules given as {file name: source}."""
-    return [Finding(rule, f"{file}:{n.lineno}", what) for rule, file, n, what in check(texts)]
+    return findings(texts, {file: ast.parse(text) for file, text in texts.items()})
+
+
+def findings(texts, trees):
+    """Findings in modules given as {file name: source} and {file name: syntax tree}."""
+    return [Finding(rule, f"{file}:{n.lineno}", what) for rule, file, n, what in check(texts, trees)]
 
 
 def read(paths):
-    """Sources of the modules in ``paths``, files or folders. Raises ``ValueError`` with what cannot be read."""
-    texts = {}
+    """Sources and syntax trees of the modules in ``paths``, which are files or folders: two dicts by file name.
+
+    Raises ``ValueError`` with what cannot be read.
+    """
+    texts, trees = {}, {}
     for path in map(Path, paths):
         files = sorted(path.rglob("*.py")) if path.is_dir() else [path]
         if not files:
@@ -351,10 +358,10 @@ def read(paths):
         for file in files:
             try:
                 texts[str(file)] = file.read_text(encoding="utf-8")
-                ast.parse(texts[str(file)])
+                trees[str(file)] = ast.parse(texts[str(file)])
             except (OSError, SyntaxError, UnicodeDecodeError, ValueError) as error:
                 raise ValueError(f"cannot read {file}: {error}") from None
-    return texts
+    return texts, trees
 
 
 def main(arguments=None):
@@ -367,16 +374,15 @@ def main(arguments=None):
                         help="also ask that each kernel says Source, Reads and Writes, as ours do")
     options = parser.parse_args(arguments)
     try:
-        texts = read(options.paths)
+        texts, trees = read(options.paths)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    findings = [finding for finding in lint(texts) if options.docstrings or finding.rule != "docstring"]
-    for finding in findings:
+    shown = [finding for finding in findings(texts, trees) if options.docstrings or finding.rule != "docstring"]
+    for finding in shown:
         print(finding)
-    found, _ = kernels({file: ast.parse(text) for file, text in texts.items()})
-    print(f"{len(found)} kernels, {len(findings)} findings")
-    return 1 if findings else 0
+    print(f"{len(kernels(trees)[0])} kernels, {len(shown)} findings")
+    return 1 if shown else 0
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ class Material:
     k_l, k_v : float        Thermal conductivity of liquid and vapour [W/(m K)].
     L : float               Latent heat of vaporisation [J/kg]. Zero is refused: nothing would separate the phases.
     sigma : float           Surface tension [N/m].
-    mu_l, mu_v : float      Dynamic viscosity [Pa s].
+    mu_l : float            Dynamic viscosity of the liquid [Pa s].
     beta : float            Thermal expansion coefficient of the liquid [1/K].
     T_melt : float          Melting temperature [K], below which it is no liquid; 0 K if not given.
 
@@ -35,13 +35,12 @@ class Material:
     L: float
     sigma: float
     mu_l: float
-    mu_v: float
     beta: float
     T_melt: float | None = None
 
     UNITS = {
         "T_sat": "K", "T_crit": "K", "rho_l": "kg/m^3", "rho_v": "kg/m^3", "c_l": "J/(kg K)", "c_v": "J/(kg K)",
-        "k_l": "W/(m K)", "k_v": "W/(m K)", "L": "J/kg", "sigma": "N/m", "mu_l": "Pa s", "mu_v": "Pa s", "beta": "1/K",
+        "k_l": "W/(m K)", "k_v": "W/(m K)", "L": "J/kg", "sigma": "N/m", "mu_l": "Pa s", "beta": "1/K",
         "T_melt": "K",
     }
 
@@ -71,5 +70,5 @@ class Material:
 # degrees Celsius, .026 K above the boiling point at that pressure. A test compares them with CoolProp.
 WATER_1ATM = Material(
     name="water at 1 atm", T_sat=373.15, T_crit=647.1, rho_l=958.0, rho_v=0.598, c_l=4216.0, c_v=2077.0, k_l=0.677,
-    k_v=0.0246, L=2.257e6, sigma=0.0589, mu_l=2.82e-4, mu_v=1.22e-5, beta=7.5e-4, T_melt=273.15,
+    k_v=0.0246, L=2.257e6, sigma=0.0589, mu_l=2.82e-4, beta=7.5e-4, T_melt=273.15,
 )

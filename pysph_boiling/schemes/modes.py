@@ -15,15 +15,14 @@ class Mode:
     """A model of boiling: what it says, and how it changes the effects of a scene.
 
     ``latent_stage`` which liquid enters the latent stage; ``storage`` where latent heat is stored; ``vapour`` what
-    becomes vapour; ``one_bubble`` whether a site makes one bubble at a time. ``phases`` are changes of the effect of
-    that slot, ``without`` slots that are emptied, ``adds`` effects for empty slots, ``needs`` slots that must be there.
+    becomes vapour. ``phases`` are changes of the effect of that slot, ``without`` slots that are emptied, ``adds``
+    effects for empty slots, ``needs`` slots that must be there.
     """
 
     source: str
     latent_stage: str
     storage: str
     vapour: str
-    one_bubble: bool = False
     phases: dict = field(default_factory=dict)
     without: tuple[str, ...] = ()
     adds: dict = field(default_factory=dict)
@@ -47,7 +46,6 @@ MODES = {
         latent_stage="none: liquid superheats freely",
         storage="in the site, by the excess heat of the liquid near it",
         vapour="the n_emit particles nearest to a site that is free and can pay for them",
-        one_bubble=True,
         phases=dict(kinetic="never", vapour_as_site=False), without=("burst", "pooling", "adhesion"),
         adds=dict(storage=SiteStorage()), needs=("phases", "nucleation")),
 }  # adhesion would keep a few particles of an emitted bubble, which occupy their site for ever
