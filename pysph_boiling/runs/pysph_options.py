@@ -1,6 +1,6 @@
-"""PySPH's own options, as our scenes inherit them: those that work, and those that are refused, each with the reason.
+"""PySPH's own options, which our scenes inherit: those that work, and those that are refused with the reason.
 
-An option that is refused is gone from ``--help``. The page ``docs/options.md`` is this table.
+Refused options do not appear in ``--help``. :func:`table` makes the page ``docs/options.md``, and a test compares both.
 """
 import argparse
 import re
@@ -22,61 +22,66 @@ NEGATIVE = re.compile(r"-\.?\d")  # begins a value; argparse's own takes -1e9 an
 LEVELS = ("debug", "info", "warning", "error", "critical", "none")
 KERNELS = ("CubicSpline", "WendlandQuintic")
 
-SEARCH = "neighbour searches are used as they were checked, with PySPH's settings"
-RANKS = "has not been tried with the boxes that ranks have here"
-STEP = "a scene has a fixed time step, which is split where particles would move too far: give --timestep or --substeps"
-WATCH = "watch a run by its results.npz and particle files, stop it with Ctrl-C, and go on with --resume"
+SEARCH = "neighbour searches are used with PySPH's default settings, with which they were checked"
+RANKS = "it has not been tested with our domain decomposition on ranks"
+STEP = ("a scene has a fixed time step, and a step is split where particles would move too far in it: give --timestep "
+        "or --substeps")
+WATCH = "to watch a run, read its results.npz and particle files; stop it with Ctrl-C, and continue it with --resume"
 
 WORKS = {
     "--help": "",
-    "--openmp": "the default of `pysph-boiling run` on Linux with more than one core; contradicts `--no-openmp`",
-    "--no-openmp": "one thread",
-    "--omp-schedule": "`static`, `dynamic` or `guided`, a comma and a chunk",
-    "--opencl": "see [backends.md](backends.md); contradicts `--cuda`",
-    "--cuda": "see [backends.md](backends.md)",
-    "--use-double": "double precision on a device; the host has no other",
-    "--profile": "seconds by part of the step, at the end and in `profile_info.csv`",
-    "--loglevel": "of the log file: debug, info, warning, error, critical, none",
-    "--logfile": "name of the log file; none if it is empty",
-    "--print-log": "the log on stderr too",
-    "--quiet": "no header, progress and closing lines; warnings and errors are said",
-    "--tf": "the same as `--duration` [s]",
-    "--timestep": "[s], instead of `--substeps`",
-    "--max-steps": "at most so many steps, counted from the first start; a run that it ends makes no final check",
-    "--no-adaptive-timestep": "what a scene does anyway",
-    "--disable-output": "no particle files, results and pictures; the final check works from memory",
-    "--fname": "particle files, log and info file bear this name",
-    "--directory": "the output folder",
-    "--pfreq": "steps between two particle files, instead of a frame",
-    "--detailed-output": "every property in the particle files; a run goes on from them all the same",
-    "--compress-output": "smaller particle files",
-    "--reorder-freq": "steps between two spatial sorts of particles; 10 if not given, with our search; equal to "
-                      "round-off",
-    "--kernel": " or ".join(KERNELS),
-    "--restart-file": "go on from this particle file (see also our `--resume`)",
-    "--nnps": ", ".join(SEARCHES) + ": equal to round-off; the first is ours ([search.md](search.md)); a device has "
-              "its own",
-    "--fixed-h": "what a scene does anyway",
-    "--cache-nnps": "what a scene does anyway",
-    "--sort-gids": "neighbours in the order of their numbers; equal to round-off",
-    "--with-zoltan": "what ranks do anyway",
-    "--zoltan-lb-method": "RCB (default), RIB or HSFC, on several ranks (see [ranks.md](ranks.md))",
-    "--lb-freq": "steps between two balancings, on several ranks",
+    "--openmp": "Runs on several threads. `pysph-boiling run` does this by default on Linux with more than one core. "
+                "Contradicts `--no-openmp`.",
+    "--no-openmp": "Runs on one thread.",
+    "--omp-schedule": "How threads share a loop: `static`, `dynamic` or `guided`, a comma, and the number of "
+                      "iterations that a thread takes at a time.",
+    "--opencl": "Runs on an OpenCL device ([backends.md](backends.md)). Contradicts `--cuda`.",
+    "--cuda": "Runs on a CUDA device ([backends.md](backends.md)).",
+    "--use-double": "Double precision on a device. The host always computes in double precision.",
+    "--profile": "Prints the seconds that each part of a step took, at the end, and writes them to `profile_info.csv`.",
+    "--loglevel": "Level of the log file: debug, info, warning, error, critical or none.",
+    "--logfile": "Name of the log file. If it is empty, no log is written.",
+    "--print-log": "Prints the log on stderr, too.",
+    "--quiet": "Prints no header, progress and closing lines. Warnings and errors are still printed.",
+    "--tf": "Simulated time [s]; the same as `--duration`.",
+    "--timestep": "Time step [s], in place of `--substeps`.",
+    "--max-steps": "Ends the run after this many steps, counted from its first start. A run that ends in this way "
+                   "makes no final check.",
+    "--no-adaptive-timestep": "Changes nothing: the time step of a scene is always fixed.",
+    "--disable-output": "Writes no particle files, results or pictures. The final check uses the data in memory.",
+    "--fname": "Name of the particle files, the log file and the info file.",
+    "--directory": "The output folder.",
+    "--pfreq": "Steps between two particle files, in place of the time between two frames.",
+    "--detailed-output": "Writes every property to the particle files. A run can be resumed from them as from any "
+                         "others.",
+    "--compress-output": "Compresses the particle files.",
+    "--reorder-freq": "Steps between two spatial sorts of the particles in memory; 10 by default with our search. "
+                      "Results are equal to round-off.",
+    "--kernel": f"{' or '.join(KERNELS)}.",
+    "--restart-file": "Continues from this particle file (see also our `--resume`).",
+    "--nnps": f"Neighbour search: {', '.join(SEARCHES)}. The first is the default, and ours ([search.md](search.md)). "
+              "Results are equal to round-off. A device has a search of its own.",
+    "--fixed-h": "Changes nothing: smoothing lengths are always fixed.",
+    "--cache-nnps": "Changes nothing: neighbour lists are always cached.",
+    "--sort-gids": "Sorts each neighbour list by the global numbers of the particles. Results are equal to round-off.",
+    "--with-zoltan": "Changes nothing: several ranks always use Zoltan.",
+    "--zoltan-lb-method": "Load balancing on several ranks: RCB (default), RIB or HSFC ([ranks.md](ranks.md)).",
+    "--lb-freq": "Steps between two load balancings on several ranks.",
 }
 
 REFUSED = {
-    "--backend": "choose it with --openmp, --no-openmp, --opencl or --cuda",
-    "--suppress-warnings": "nothing here warns of what it silences; --loglevel sets what is logged",
-    "--n-damp": "a start is settled before the first step and needs no short steps",
+    "--backend": "choose the backend with --openmp, --no-openmp, --opencl or --cuda",
+    "--suppress-warnings": "our scenes do not print the warnings that it silences; --loglevel sets what is logged",
+    "--n-damp": "the start is settled before the first step, so that no short first steps are needed",
     "--adaptive-timestep": STEP,
     "--cfl": STEP,
-    "--output-dump-remote": "copies that ranks have of each other's particles are not for files: no run could go on "
-                            "from them",
-    "--use-local-memory": "it has not been tried",
-    "--post-process": "pysph-boiling render DIRECTORY draws a run again",
+    "--output-dump-remote": "a run could not be resumed from files that contain ghosts, the copies of other ranks' "
+                            "particles",
+    "--use-local-memory": "it has not been tested",
+    "--post-process": "use pysph-boiling render DIRECTORY to draw the pictures of a run again",
     "--rescale-dt": "give --timestep or --substeps",
     "--spatial-hash-sub-factor": SEARCH,
-    "--approximate-nnps": "neighbours that are missed break the balance of energy and momentum",
+    "--approximate-nnps": "missing neighbours would break the conservation of energy and momentum",
     "--spatial-hash-table-size": SEARCH,
     "--stratified-grid-num-levels": SEARCH,
     "--tree-leaf-max-particles": SEARCH,
@@ -85,14 +90,14 @@ REFUSED = {
     "--rcb-rectilinear": RANKS,
     "--rcb-set-direction": RANKS,
     "--zoltan-weights": RANKS,
-    "--ghost-layers": "one layer is what a step needs and refreshes",
+    "--ghost-layers": "a step needs and refreshes exactly one layer of ghosts",
     "--zoltan-debug-level": RANKS,
-    "--update-cell-sizes": "smoothing lengths are fixed, and cells with them",
-    "--parallel-scale-factor": "one layer of cells, as wide as the support, is what a step needs and refreshes",
-    "--parallel-output-mode": "all ranks write one file together",
-    "--interactive": f"it changes a run between two steps, of which results and run.json know nothing: {WATCH}",
-    "--xml-rpc": f"it lets anyone on the network command the run, without a key: {WATCH}",
-    "--multiproc": f"it listens on the network with a key that everyone knows, and runs what it is sent: {WATCH}",
+    "--update-cell-sizes": "smoothing lengths are fixed, and so are the cells of the neighbour search",
+    "--parallel-scale-factor": "a step needs and refreshes exactly one layer of cells, as wide as the kernel support",
+    "--parallel-output-mode": "all ranks together write one file",
+    "--interactive": f"it changes a run between two steps, which results.npz and run.json would not record; {WATCH}",
+    "--xml-rpc": f"it lets anyone on the network control the run, without a key; {WATCH}",
+    "--multiproc": f"it listens on the network with a key that everyone knows, and executes what it receives; {WATCH}",
     "--octree-leaf-size": SEARCH,
     "--octree-elementwise-nnps": SEARCH,
 }
@@ -171,16 +176,16 @@ def check(options):
             raise ValueError(text)
 
 
-
 def table():
-    """The page in Markdown."""
+    """The page ``docs/options.md`` in Markdown."""
     rows = [f"| `{flag}` | {text} |" for flag, text in WORKS.items() if text]
     refused = [f"| `{flag}` | {text} |" for flag, text in REFUSED.items()]
     return "\n".join([
         "# PySPH's own options", "",
-        "Every scene is a PySPH application and inherits its options. Those below work; the others are refused, with",
-        "the reason, and are gone from `--help`. The tables are those of `pysph_boiling/runs/pysph_options.py`; a test",
-        "compares them with PySPH's parser. Options of the scene and its effects are our own:",
-        "`pysph-boiling run SCENE --help`.",
-        "",
-        "| works | |", "|---|---|", *rows, "", "| refused | why |", "|---|---|", *refused, ""])
+        "Every scene is a PySPH application and inherits PySPH's command-line options. This page lists those that",
+        "work, and those that are refused with the reason. Refused options do not appear in `--help`. The options of",
+        "the scene and of its effects are our own: `pysph-boiling run SCENE --help` lists them with units, defaults",
+        "and bounds.",
+        "", "The tables are those of `pysph_boiling/runs/pysph_options.py`; a test compares them with PySPH's parser.",
+        "", "| works | what it does |", "|---|---|", *rows,
+        "", "| refused | why |", "|---|---|", *refused, ""])
