@@ -1,0 +1,44 @@
+"""The documents: links and pictures lead somewhere, and modules that they name exist."""
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("example_plugin/*.md")])
+MODULES = {path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.py") if ".venv" not in path.parts}
+documents = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+
+
+def prose(path):
+    """The text of a document without its blocks of code."""
+    return re.sub(r"^ *```.*?^ *```|^    .*?$", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def anchors(path):
+    """Anchors of the headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", prose(path), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@documents
+def test_links_and_pictures_lead_somewhere(path):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(path)):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = path.parent / name if name else path
+        assert file.exists(), target
+        assert not anchor or anchor in anchors(file), target
+
+
+@documents
+def test_modules_that_are_named_exist(path):
+    if path.name == "CHANGELOG.md":  # it tells of modules that are gone
+        return
+    for name in re.findall(r"`([\w/]+\.py)`", prose(path)):
+        assert any(f"/{module}".endswith(f"/{name}") for module in MODULES), name
+
+
+def test_readme_can_be_read_at_one_sitting():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1000
