@@ -169,7 +169,7 @@ does: [model.md](model.md), "What keeps it stable".
 
 ## Bounds
 
-They stand in `pysph_boiling/stress/bounds.json` and are read before anything runs.
+They stand in `pysph_boiling/evaluation/stress/bounds.json` and are read before anything runs.
 
 {bounds}
 """
