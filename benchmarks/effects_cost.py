@@ -69,7 +69,7 @@ T_SAT = WATER_1ATM.T_sat
 def full_model(upper):
     """Every effect at once, slot -> effect."""
     return dict(
-        container=BoxContainer(upper=upper), viscosity=XSPHViscosity(), heat=HeatConduction(acceleration=800.0),
+        container=BoxContainer(upper=upper), viscosity=XSPHViscosity(), heat=HeatConduction(time_scaling=800.0),
         heater=Heater(temperature=T_SAT + 20.0), loss=AmbientLoss(), source=HeatSource(density=1e3),
         phases=PhaseChange(), nucleation=PresetNucleation(), burst=DynamicNucleation(superheat_limit=8.0),
         bubbles=BubbleLabels(), condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(),

@@ -44,7 +44,7 @@ SAME = dict(volume=1e-4, support=1e-4, wall_volume=1e-3, within_support=0.02)  #
 JACOBI = dict(omega=1.0, eps=0.0)  # the plain sweep of the other codes
 # the other codes split no step and do no sweep beyond their maximum: here steps in which a particle would move further
 # than a spacing are split, no others
-OURS_PLAIN = dict(JACOBI, courant=1.0, longest_step=1.0, most_error=1.0)
+OURS_PLAIN = dict(JACOBI, courant=1.0, longest_step=1.0, max_mean_error=1.0)
 PLAIN = dict(min_sweeps=1, max_sweeps=100)
 SHARES = (0.2, 0.1, 0.05, 0.025)  # time steps in sqrt(spacing/g)
 TOLERANCES = (2e-3, 3e-4)
@@ -65,7 +65,7 @@ CODES = {
         method="DFSPH", MIN_ITERATIONS=1, MAX_ITERATIONS=100, MAX_ERROR=percent(e))),
     "Taichi PBF": ("taichi_pbf", lambda e: dict(PLAIN, **JACOBI, tolerance=e)),
 }
-OUR_BEST = dict(acceleration=0.95)  # a skin does not pay while all of the water moves
+OUR_BEST = dict(chebyshev_radius=0.95)  # a skin does not pay while all of the water moves
 EQUAL_SHARE, EQUAL_SWEEPS = 0.05, 5
 EQUAL = {  # settings that all PBF codes know
     OURS: dict(min_sweeps=EQUAL_SWEEPS, max_sweeps=EQUAL_SWEEPS, tolerance=0.0, **OURS_PLAIN),

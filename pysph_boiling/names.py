@@ -1,9 +1,65 @@
 """What users type or pass: a name that must be known, a number that must be whole. Errors say what would be right."""
+import argparse
 import difflib
 import re
 from numbers import Real
 
-__all__ = ["SchemeError", "as_typed", "nearest", "unknown", "whole_number"]
+__all__ = ["RENAMED", "Refused", "SchemeError", "as_typed", "check_renamed", "current_name", "former_names", "nearest",
+           "unknown", "whole_number"]
+
+# Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
+# scenes ("scene.name"). Whoever gives an old name is told the new one; records of old runs are read with the new ones.
+RENAMED = {
+    "density.acceleration": "density.chebyshev_radius",
+    "density.delay": "density.chebyshev_delay",
+    "density.longest": "density.max_displacement",
+    "density.most_error": "density.max_mean_error",
+    "density.shortest": "density.short_step",
+    "heat.acceleration": "heat.time_scaling",
+    "heat.subcycle_share": "heat.max_enthalpy_change",
+    "venting.cosine": "venting.cone_cosine",
+    "venting.lowest": "venting.min_cover_height",
+    "venting.share": "venting.free_fraction",
+    "venting.steps": "venting.free_steps",
+    "scene.acceleration": "scene.time_scaling",
+}
+
+
+def current_name(name):
+    """The name that a slot, or a parameter such as ``"density.acceleration"``, has now; its own if it never changed."""
+    slot, dot, parameter = name.partition(".")
+    name = f"{RENAMED.get(slot, slot)}{dot}{parameter}"
+    return RENAMED.get(name, name)
+
+
+def former_names(name):
+    """The names that a slot, or a parameter such as ``"density.chebyshev_radius"``, had in earlier versions."""
+    slot, dot, parameter = name.partition(".")
+    slots = [slot, *(old for old, new in RENAMED.items() if new == slot)]
+    parameters = [parameter, *(old.partition(".")[2] for old, new in RENAMED.items() if dot and new == name)]
+    return [f"{one}{dot}{other}" for one in slots for other in parameters][1:]
+
+
+def check_renamed(slot, given, known):
+    """Raise ``ValueError`` for the first name among ``given`` that a parameter of ``slot`` had in an earlier version.
+
+    ``known`` are the names of its parameters now.
+    """
+    for name in given:
+        new = current_name(f"{slot}.{name}")
+        if name not in known and new != f"{slot}.{name}":
+            raise ValueError(f"{slot}.{name} is called {new} now")
+
+
+class Refused(argparse.Action):
+    """An option that is not in ``--help``, and that ends the run with a ``reason``, whatever follows it."""
+
+    def __init__(self, option_strings, dest, *, reason, **keywords):
+        super().__init__(option_strings, dest, nargs="?", help=argparse.SUPPRESS, **keywords)
+        self.reason = reason
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        raise ValueError(f"{self.option_strings[-1]} {self.reason}")
 
 
 class SchemeError(ValueError):

@@ -249,21 +249,21 @@ class PBFLambda(Equation):
 
     Parameters
     ----------
-    rho_rest : float    Density that the rest lattice reads [kg/m^3], > 0.
-    eps : float         Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
-    tolerance : float   Sweeps end when the mean of max(C - (1 - p) C^0, 0) is below it [-], >= 0,
-    sweeps : int        or after so many sweeps, >= 1,
-    most : float        if that mean is below this [-], > 0. The errors of short steps add up: see ``prior``.
+    rho_rest : float         Density that the rest lattice reads [kg/m^3], > 0.
+    eps : float              Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
+    tolerance : float        Sweeps end when the mean of max(C - (1 - p) C^0, 0) is below it [-], >= 0,
+    sweeps : int             or after so many sweeps, >= 1,
+    max_mean_error : float   if that mean is below this [-], > 0. The errors of short steps add up: see ``prior``.
 
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
     ``prior`` [-] (p first).
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
     ``sweeps`` (count in this run of the stage, in this step) [-].   Needs   PBFDensity in the same group.
-    Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or most <= 0.
+    Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or max_mean_error <= 0.
     Limits   Stiffness depends on the number of sweeps; the error is that before the sweep's correction.
     """
 
-    def __init__(self, dest, sources, rho_rest, eps, tolerance, sweeps, most):
+    def __init__(self, dest, sources, rho_rest, eps, tolerance, sweeps, max_mean_error):
         if not rho_rest > 0.0:
             raise ValueError(f"rho_rest must be > 0 kg/m^3, got {rho_rest}")
         self.rho_rest = float(rho_rest)
@@ -272,11 +272,11 @@ class PBFLambda(Equation):
         if not tolerance >= 0.0:
             raise ValueError(f"tolerance must be >= 0, got {tolerance}")
         self.eps = float(eps)
-        if not (sweeps >= 1 and most > 0.0):
-            raise ValueError(f"sweeps must be >= 1 and most > 0, got {sweeps} and {most}")
+        if not (sweeps >= 1 and max_mean_error > 0.0):
+            raise ValueError(f"sweeps must be >= 1 and max_mean_error > 0, got {sweeps} and {max_mean_error}")
         self.tolerance = float(tolerance)
         self.enough = float(sweeps)
-        self.most = float(most)
+        self.max_mean_error = float(max_mean_error)
         self.conv = -1.0
         super().__init__(dest, sources)
 
@@ -308,7 +308,7 @@ class PBFLambda(Equation):
             mean = parallel_reduce_array(total, 'sum') / n
         mean = mean / dst.prior[2]
         self.conv = -1.0
-        if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.most):
+        if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.max_mean_error):
             self.conv = 1.0
 
     def converged(self):
@@ -615,35 +615,36 @@ class PBFBoundaryCorrection(Equation):
 
 
 class PBFMove(Equation):
-    r"""Apply the correction: :math:`x^* \leftarrow x^* + \omega\,\Delta x`, no longer than ``longest``.
+    r"""Apply the correction: :math:`x^* \leftarrow x^* + \omega\,\Delta x`, no longer than ``max_displacement``.
 
     Source: the paper, Algorithm 1 line 24. Differs: a displacement limiter, which counts when it acts.
 
     Parameters
     ----------
-    omega : float     Under-relaxation [-], in (0, 1].
-    longest : float   Longest displacement of one sweep [m], > 0.
+    omega : float              Under-relaxation [-], in (0, 1].
+    max_displacement : float   Longest displacement of one sweep [m], > 0.
 
     Reads    d_dpx, d_dpy, d_dpz [m], constant ``prior`` [-].
     Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
-    Needs    all corrections in an earlier group.   Errors   ValueError if omega is not in (0, 1] or longest <= 0.
+    Needs    all corrections in an earlier group.
+    Errors   ValueError if omega is not in (0, 1] or max_displacement <= 0.
     Limits   A cut correction does not conserve momentum; ``n_limited`` of the results counts the cuts.
     """
 
-    def __init__(self, dest, sources, omega, longest):
+    def __init__(self, dest, sources, omega, max_displacement):
         if not 0.0 < omega <= 1.0:
             raise ValueError(f"omega must lie in (0, 1], got {omega}")
-        if not longest > 0.0:
-            raise ValueError(f"longest must be > 0 m, got {longest} m")
+        if not max_displacement > 0.0:
+            raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
         self.omega = float(omega)
-        self.longest = float(longest)
+        self.max_displacement = float(max_displacement)
         super().__init__(dest, sources)
 
     def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_prior, d_limited):
         f = self.omega
         size = f * sqrt(d_dpx[d_idx]*d_dpx[d_idx] + d_dpy[d_idx]*d_dpy[d_idx] + d_dpz[d_idx]*d_dpz[d_idx])
-        if size > self.longest:
-            f = f * self.longest / size
+        if size > self.max_displacement:
+            f = f * self.max_displacement / size
             d_limited[d_idx] += 1
         d_x[d_idx] += f * d_dpx[d_idx]
         d_y[d_idx] += f * d_dpy[d_idx]
@@ -665,9 +666,9 @@ class PBFMoveAccelerated(Equation):
 
     Parameters
     ----------
-    omega, longest : float   As :class:`PBFMove`.
-    radius : float           Estimate of the spectral radius of a plain sweep [-], in (0, 1).
-    delay : int              Plain sweeps before the first weighted one, also after a restart, >= 1.
+    omega, max_displacement : float   As :class:`PBFMove`.
+    radius : float                    Estimate of the spectral radius of a plain sweep [-], in (0, 1).
+    delay : int                       Plain sweeps before the first weighted one, also after a restart, >= 1.
 
     Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-],
     ``density_error`` and ``prior``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last
@@ -676,17 +677,17 @@ class PBFMoveAccelerated(Equation):
     Errors   ValueError if a parameter is out of range.   Limits   as :class:`PBFMove`.
     """
 
-    def __init__(self, dest, sources, omega, longest, radius, delay):
+    def __init__(self, dest, sources, omega, max_displacement, radius, delay):
         if not 0.0 < omega <= 1.0:
             raise ValueError(f"omega must lie in (0, 1], got {omega}")
-        if not longest > 0.0:
-            raise ValueError(f"longest must be > 0 m, got {longest} m")
+        if not max_displacement > 0.0:
+            raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
         if not 0.0 < radius < 1.0:
             raise ValueError(f"radius must lie in (0, 1), got {radius}")
         if not delay >= 1:
             raise ValueError(f"delay must be >= 1, got {delay}")
         self.omega = float(omega)
-        self.longest = float(longest)
+        self.max_displacement = float(max_displacement)
         self.radius = float(radius)
         self.delay = float(delay)
         super().__init__(dest, sources)
@@ -700,8 +701,8 @@ class PBFMoveAccelerated(Equation):
         qz = f * d_dpz[d_idx] + carried * d_qz[d_idx]
         size = sqrt(qx*qx + qy*qy + qz*qz)
         f = 1.0
-        if size > self.longest:
-            f = self.longest / size
+        if size > self.max_displacement:
+            f = self.max_displacement / size
             d_limited[d_idx] += 1
         d_qx[d_idx] = f * qx
         d_qy[d_idx] = f * qy

@@ -19,24 +19,24 @@ class VentingFilm(Equation):
 
     Parameters
     ----------
-    ux, uy, uz : float   Unit vector upwards [-].
-    cosine : float       Opening of the cone: z > cosine r [-], in (0, 1).
-    lowest : float       Particles lower than this above the particle do not count [m], >= 0.
+    ux, uy, uz : float         Unit vector upwards [-].
+    cone_cosine : float        Opening of the cone: z > cone_cosine r [-], in (0, 1).
+    min_cover_height : float   Particles lower than this above the particle do not count [m], >= 0.
 
     Reads    d_phase, positions.   Writes   d_film (0 or 1), own index only.
-    Errors   ValueError if cosine is not in (0, 1) or lowest < 0.
+    Errors   ValueError if cone_cosine is not in (0, 1) or min_cover_height < 0.
     """
 
-    def __init__(self, dest, sources, ux, uy, uz, cosine, lowest):
-        if not 0.0 < cosine < 1.0:
-            raise ValueError(f"cosine of the cone must lie in (0, 1), got {cosine}")
-        if not lowest >= 0.0:
-            raise ValueError(f"lowest height must be >= 0 m, got {lowest} m")
+    def __init__(self, dest, sources, ux, uy, uz, cone_cosine, min_cover_height):
+        if not 0.0 < cone_cosine < 1.0:
+            raise ValueError(f"cone_cosine must lie in (0, 1), got {cone_cosine}")
+        if not min_cover_height >= 0.0:
+            raise ValueError(f"min_cover_height must be >= 0 m, got {min_cover_height} m")
         self.ux = float(ux)
         self.uy = float(uy)
         self.uz = float(uz)
-        self.cosine = float(cosine)
-        self.lowest = float(lowest)
+        self.cone_cosine = float(cone_cosine)
+        self.min_cover_height = float(min_cover_height)
         super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_phase, d_film):
@@ -55,9 +55,9 @@ class VentingFilm(Equation):
                 rz = s_z[s_idx] - d_z[d_idx]
                 up = rx*self.ux + ry*self.uy + rz*self.uz
                 r2 = rx*rx + ry*ry + rz*rz
-                if up > self.lowest:
+                if up > self.min_cover_height:
                     if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
-                        if up > self.cosine*sqrt(r2):
+                        if up > self.cone_cosine*sqrt(r2):
                             d_film[d_idx] = 0
                             break
 
@@ -69,22 +69,22 @@ class VentingFree(Equation):
 
     Parameters
     ----------
-    ux, uy, uz, cosine, lowest : float   As :class:`VentingFilm`.
+    ux, uy, uz, cone_cosine, min_cover_height : float   As :class:`VentingFilm`.
 
     Reads    d_phase, s_film, positions.   Writes   d_covered (0 or 1), own index only.
     Needs    VentingFilm in an earlier group.   Errors   as :class:`VentingFilm`.
     """
 
-    def __init__(self, dest, sources, ux, uy, uz, cosine, lowest):
-        if not 0.0 < cosine < 1.0:
-            raise ValueError(f"cosine of the cone must lie in (0, 1), got {cosine}")
-        if not lowest >= 0.0:
-            raise ValueError(f"lowest height must be >= 0 m, got {lowest} m")
+    def __init__(self, dest, sources, ux, uy, uz, cone_cosine, min_cover_height):
+        if not 0.0 < cone_cosine < 1.0:
+            raise ValueError(f"cone_cosine must lie in (0, 1), got {cone_cosine}")
+        if not min_cover_height >= 0.0:
+            raise ValueError(f"min_cover_height must be >= 0 m, got {min_cover_height} m")
         self.ux = float(ux)
         self.uy = float(uy)
         self.uz = float(uz)
-        self.cosine = float(cosine)
-        self.lowest = float(lowest)
+        self.cone_cosine = float(cone_cosine)
+        self.min_cover_height = float(min_cover_height)
         super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_phase, d_covered):
@@ -104,9 +104,9 @@ class VentingFree(Equation):
                     rz = s_z[s_idx] - d_z[d_idx]
                     up = rx*self.ux + ry*self.uy + rz*self.uz
                     r2 = rx*rx + ry*ry + rz*rz
-                    if up > self.lowest:
+                    if up > self.min_cover_height:
                         if r2 < 4.0*d_h[d_idx]*d_h[d_idx]:
-                            if up > self.cosine*sqrt(r2):
+                            if up > self.cone_cosine*sqrt(r2):
                                 d_covered[d_idx] = 1
 
 

@@ -39,7 +39,8 @@ class BubbleHeld(BubbleRise):
         scheme = super().make_scheme(p)
         scheme.set_effects(
             buoyancy=Buoyancy(k_bubble=0.0),
-            venting=Venting(mode="lid", share=1.0, steps=50))  # a push can open a void in it, which is no free surface
+            # a push can open a void in the bubble, which is no free surface
+            venting=Venting(mode="lid", free_fraction=1.0, free_steps=50))
         return scheme
 
     def check_bubbles(self, history):

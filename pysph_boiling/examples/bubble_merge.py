@@ -33,7 +33,7 @@ class BubbleMerge(BubbleRise):
     title = "bubble merge"
     variants = {
         "demo": dict(width=14, fill=30, duration=0.5),
-        "flat": dict(dim=2, spacing=0.002, width=30, fill=40, diameter=8.0, gap=1.6, aside=0.5, acceleration=1000.0,
+        "flat": dict(dim=2, spacing=0.002, width=30, fill=40, diameter=8.0, gap=1.6, aside=0.5, time_scaling=1000.0,
                      duration=0.45),
     }
 

@@ -55,8 +55,8 @@ class BubbleRiseParameters(SceneParameters):
     height: float = param(5.0, "-", "height of its centre above the base, in spacings", above=0.0)
     superheat: float = param(10.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
     limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0, sets="burst.superheat_limit")
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.acceleration")
+    time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.time_scaling")
 
 
 class BubbleRise(SceneApplication):
@@ -66,7 +66,7 @@ class BubbleRise(SceneApplication):
     title = "bubble rise"
     variants = {
         "demo": dict(width=14, fill=30, duration=1.0),
-        "flat": dict(dim=2, spacing=0.002, width=30, fill=40, acceleration=1000.0, duration=0.5),
+        "flat": dict(dim=2, spacing=0.002, width=30, fill=40, time_scaling=1000.0, duration=0.5),
     }
 
     def box(self, p):
@@ -88,7 +88,7 @@ class BubbleRise(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
-            heat=HeatConduction(acceleration=p.acceleration),
+            heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
             burst=DynamicNucleation(superheat_limit=p.limit),
             bubbles=BubbleLabels(),

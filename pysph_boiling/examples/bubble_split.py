@@ -46,7 +46,7 @@ class BubbleSplit(BubbleRise):
     variants = {
         "demo": dict(width=18, fill=28, duration=0.2),
         "flat": dict(dim=2, spacing=0.002, width=28, fill=32, diameter=9.0, eddy_height=16.0, eddy_speed=10.0,
-                     cohesion=1.0, acceleration=1000.0, duration=0.25),
+                     cohesion=1.0, time_scaling=1000.0, duration=0.25),
     }
 
     def make_scheme(self, p):
@@ -54,7 +54,8 @@ class BubbleSplit(BubbleRise):
         scheme.set_effects(
             tension=Cohesion(strength=p.cohesion),
             oscillation=Oscillation(form="hysteresis", omega=0.2),
-            venting=Venting(mode="lid", share=1.0, steps=6))  # eddies open gaps, in which vapour is free for a moment
+            # eddies open gaps, in which vapour is free for a moment
+            venting=Venting(mode="lid", free_fraction=1.0, free_steps=6))
         return scheme
 
     def flow(self, x, height, p):

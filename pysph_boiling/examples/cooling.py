@@ -32,8 +32,8 @@ class CoolingParameters(SuperheatSitesParameters):
     fill: int = param(16, "-", "height of the water, in spacings", low=6)
     sites: int = param(16, "-", "preset nucleation sites on the heated base", low=1)
     subcooling: float = param(3.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    acceleration: float = param(12000.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.acceleration")
+    time_scaling: float = param(12000.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.time_scaling")
     superheat: float = param(5.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
     heat_loss: float = param(8.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
@@ -47,7 +47,7 @@ class Cooling(SuperheatSites):
     title = "cooling"
     variants = {
         "demo": dict(width=24, fill=14, sites=9, duration=2.2, heat_until=0.7),
-        "flat": dict(dim=2, width=60, fill=16, sites=5, heated=0.7, acceleration=20000.0, superheat=8.0,
+        "flat": dict(dim=2, width=60, fill=16, sites=5, heated=0.7, time_scaling=20000.0, superheat=8.0,
                      heat_loss=8.0, duration=2.2, heat_until=0.7),
     }
 

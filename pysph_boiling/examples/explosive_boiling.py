@@ -56,8 +56,8 @@ class ExplosiveBoilingParameters(SceneParameters):
                          sets="burst.superheat_limit")
     region: float = param(2.0, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
     subcooling: float = param(2.0, "K", "the rest of the water and the feed, below saturation", low=0.0, high=80.0)
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.acceleration")
+    time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.time_scaling")
 
 
 class ExplosiveBoiling(SceneApplication):
@@ -68,7 +68,7 @@ class ExplosiveBoiling(SceneApplication):
     variants = {
         "demo": dict(width=16, fill=18, duration=1.0),
         "flat": dict(dim=2, spacing=0.002, width=40, fill=30, superheat=180.0, limit=100.0, region=2.4,
-                     acceleration=1000.0, duration=1.0, frame=0.025),
+                     time_scaling=1000.0, duration=1.0, frame=0.025),
     }
 
     def box(self, p):
@@ -83,7 +83,7 @@ class ExplosiveBoiling(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
-            heat=HeatConduction(acceleration=p.acceleration),
+            heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
             burst=DynamicNucleation(superheat_limit=p.limit, radius=p.region, seed=p.seed),
             bubbles=BubbleLabels(),
@@ -119,7 +119,7 @@ class ExplosiveBoiling(SceneApplication):
         v_exp = self.scheme.effects["expansion"].v_exp if "expansion" in self.scheme.effects else 1.0
         heat = self.scheme.effects.get("heat")
         return {
-            **({} if heat is None else {"A (heat against motion)": (heat.acceleration, "-")}),
+            **({} if heat is None else {"A (heat against motion)": (heat.time_scaling, "-")}),
             "St = c_l superheat/L": (paid, "-"),
             "particles of vapour that the excess heat pays for": (
                 paid * p.hot * self.counts()["fluid"], "-"),

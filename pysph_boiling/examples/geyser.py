@@ -44,8 +44,8 @@ class GeyserParameters(SceneParameters):
                          sets="burst.superheat_limit")
     region: float = param(2.4, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    acceleration: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.acceleration")
+    time_scaling: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.time_scaling")
     v_exp: float = param(3.0, "-", "volume of vapour in units of its liquid's", low=1.0, high=4.0,
                          sets="expansion.v_exp")
 
@@ -128,7 +128,7 @@ class Geyser(ExplosiveBoiling):
         facts = {"t* = sqrt(dx/g)": (scene.fall_time, "s")}
         if "heat" in effects:
             diffusivity = effects["heat"].conductivity(material.k_l) / (material.rho_l * material.c_l)
-            facts |= {"A (heat against motion)": (effects["heat"].acceleration, "-"),
+            facts |= {"A (heat against motion)": (effects["heat"].time_scaling, "-"),
                       "time for heat to cross a third of the chamber": (
                           (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s")}
         if "burst" in effects:

@@ -51,8 +51,8 @@ class SteadyBoilingParameters(SceneParameters):
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
     heated: float = param(0.75, "-", "heated part of the base, by width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    acceleration: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.acceleration")
+    time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+                                sets="heat.time_scaling")
     superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
 
@@ -64,7 +64,7 @@ class SteadyBoiling(SceneApplication):
     title = "steady boiling"
     variants = {
         "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5, frame=0.05),
-        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, acceleration=1000.0, duration=3.0),
+        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, time_scaling=1000.0, duration=3.0),
     }
 
     def box(self, p):
@@ -79,7 +79,7 @@ class SteadyBoiling(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
-            heat=HeatConduction(acceleration=p.acceleration),
+            heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
             phases=PhaseChange(),
             nucleation=PresetNucleation(),
@@ -120,13 +120,13 @@ class SteadyBoiling(SceneApplication):
         heat = effects["heat"]
         k = heat.conductivity(material.k_l)
         facts |= {
-            "A (heat against motion)": (heat.acceleration, "-"),
+            "A (heat against motion)": (heat.time_scaling, "-"),
             "E (enhanced conductivity)": (heat.enhancement, "-"),
             "Fo = alpha_eff t*/dx^2": (k / (material.rho_l * material.c_l) * scene.fall_time / p.spacing**2, "-")}
         if "heater" in effects:
             heater = effects["heater"]
             superheat = (heater.temperature - material.T_sat if heater.flux is None
-                         else heater.flux * heat.acceleration * p.spacing / k)
+                         else heater.flux * heat.time_scaling * p.spacing / k)
             facts |= {
                 "q dx/k_eff (superheat across a spacing)": (superheat, "K"),
                 "St = c_l superheat/L": (material.c_l * superheat / material.L, "-")}

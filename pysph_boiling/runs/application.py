@@ -32,6 +32,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.device import on_host, real
 from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
+from pysph_boiling.names import check_renamed
 from pysph_boiling.parallel import ranks
 from pysph_boiling.runs import pysph_options
 from pysph_boiling.runs.ledger import Ledger, write_json
@@ -39,6 +40,7 @@ from pysph_boiling.runs.resume import Resumed, settings, with_units
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
+from pysph_boiling.schemes.options import add_former_options
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.search import search_for
 
@@ -59,6 +61,10 @@ class SceneParameters:
     substeps: int = param(None, "-", "steps in a frame; as many as the suggested time step needs, if not given", low=1,
                           may_change=True)
     seed: int = param(0, "-", "seed of everything random", low=0)
+
+    def __new__(cls, **given):
+        check_renamed("scene", given, [spec.name for spec in dataclasses.fields(cls)])
+        return super().__new__(cls)
 
     def __post_init__(self):
         check_parameters(self, "scene")
@@ -303,10 +309,11 @@ class SceneApplication(Application):
         for spec in dataclasses.fields(self.Parameters):
             meta = spec.metadata
             unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
-            group.add_argument(f"--{spec.name.replace('_', '-')}", dest=f"scene.{spec.name}", type=spec.type,
-                               default=None, choices=meta["choices"],
+            flag = f"--{spec.name.replace('_', '-')}"
+            group.add_argument(flag, dest=f"scene.{spec.name}", type=spec.type, default=None, choices=meta["choices"],
                                metavar=None if meta["choices"] else spec.name.upper(),
                                help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
+            add_former_options(group, flag, f"scene.{spec.name}")
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(
                                f"{name} ({row.source}), latent heat is stored {row.storage}" for name, row in
@@ -615,7 +622,7 @@ class SceneApplication(Application):
             failed = error
         last = self.ledger.rows[-1] if self.ledger.rows else {}
         for name, sentence in (("n_split", "steps were split, since particles would have moved too far in them"),
-                               ("n_unconverged", "steps ended with a mean density error above density.most_error"),
+                               ("n_unconverged", "steps ended with a mean density error above density.max_mean_error"),
                                ("n_limited", "position corrections were cut by the displacement limiter"),
                                ("n_projected", "times a particle was projected back into the container"),
                                ("n_clamped", "times the volume of a bubble was held")):

@@ -5,7 +5,7 @@ Refused options do not appear in ``--help``. :func:`table` makes the page ``docs
 import argparse
 import re
 
-from pysph_boiling.names import nearest
+from pysph_boiling.names import Refused, nearest
 
 __all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "settle", "table"]
 
@@ -103,17 +103,6 @@ REFUSED = {
 }
 
 
-class Refused(argparse.Action):
-    """An option that ends the run with the reason, whatever follows it."""
-
-    def __init__(self, option_strings, dest, *, reason, **keywords):
-        super().__init__(option_strings, dest, nargs="?", help=argparse.SUPPRESS, **keywords)
-        self.reason = reason
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        raise ValueError(f"{self.option_strings[-1]} is not for our scenes: {self.reason}")
-
-
 def one_of(known, bad=()):
     """A type of ``argparse`` that takes the ``known`` names, and says why not for those of ``bad``."""
     def chosen(name):
@@ -141,7 +130,8 @@ def settle(parser, also=None):
     ours = parser.add_argument_group("Kernel, search and threads", conflict_handler="resolve")
     for flag, reason in {**REFUSED, **(also or {})}.items():
         old = inherited[flag]
-        ours.add_argument(*old.option_strings, action=Refused, dest=old.dest, default=old.default, reason=reason)
+        ours.add_argument(*old.option_strings, action=Refused, dest=old.dest, default=old.default,
+                          reason=f"is not for our scenes: {reason}")
     ours.add_argument("--nnps", default=SEARCHES[0], type=one_of(SEARCHES, BAD_SEARCHES), metavar="SEARCH",
                       help=f"neighbour search: {', '.join(SEARCHES)}")
     ours.add_argument("--kernel", default=None, type=one_of(KERNELS), help=" or ".join(KERNELS))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pysph_boiling.files import read_output, run_record, step_of
+from pysph_boiling.names import current_name
 from pysph_boiling.runs.ledger import load_results
 
 __all__ = ["Resumed", "Setting", "settings", "with_units"]
@@ -87,7 +88,10 @@ def compare(application, record, t):
     changes, scene = [], application.scene_name()
     if record["scene"] != scene:
         raise ValueError(f"a run of {record['scene']} cannot go on as {scene}")
-    for now, before in zip(settings(application), stored_settings(record, application.scheme.slots, t)):
+    for prefix, now, before in zip(("scene.", "", ""), settings(application),
+                                   stored_settings(record, application.scheme.slots, t)):
+        before = {name if name in now else current_name(prefix + name).removeprefix(prefix): value
+                  for name, value in before.items()}
         refused = []
         for name, setting in now.items():
             value = json.loads(json.dumps(setting.value, default=str))

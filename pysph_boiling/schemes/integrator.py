@@ -78,12 +78,12 @@ class MotionLimits:
     """How far particles may move in a step, and how density errors are worked off that were there before.
 
     ``longest_step`` [s]; ``distance`` [m] that a velocity, and ``push`` [m] that an acceleration may move a particle in
-    one step; ``shortest`` [s], below which a step is short; ``tolerance`` [-], up to which mean errors are left;
+    one step; ``short_step`` [s], below which a step is short; ``tolerance`` [-], up to which mean errors are left;
     ``settle`` passes of the density stage before the first step, at most. Speeds are those against the walls.
     """
 
     longest_step: float
-    shortest: float
+    short_step: float
     tolerance: float
     distance: float
     push: float
@@ -159,7 +159,7 @@ class PBFIntegrator(Integrator):
                 set_constant(pa, "sweeps", 0.0)
         for k in range(n):
             if self.meter:
-                self.meter.begin(dt / n, short=dt / n < self.motion.shortest)
+                self.meter.begin(dt / n, short=dt / n < self.motion.short_step)
             super().step(time + k * dt / n, dt / n)
 
     def settle(self):
@@ -223,7 +223,7 @@ class PBFIntegrator(Integrator):
             yield self.density(dt)
             if "oscillation" in self.stages:
                 yield from self.oscillation(dt)
-            if dt < self.motion.shortest and self.motion.tolerance < max(float(pa.density_error[0])
+            if dt < self.motion.short_step and self.motion.tolerance < max(float(pa.density_error[0])
                                                                          for pa in self.arrays):
                 yield self.density()
 
@@ -233,7 +233,7 @@ class PBFIntegrator(Integrator):
         In a short step an error that was there before it stays, since it would become a velocity. Without ``dt`` the
         sweeps work it off, and no velocity feels it.
         """
-        share = min(1.0, dt / self.motion.shortest)
+        share = min(1.0, dt / self.motion.short_step)
         for pa in self.arrays:
             set_constant(pa, "prior", (float(share == 1.0), float(dt < math.inf), share))
             set_constant(pa, "sweeps", (0.0, pa.sweeps[1]))

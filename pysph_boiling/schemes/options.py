@@ -1,9 +1,21 @@
 """Command-line options of a scheme, made from the parameters of its effects: one table, no option listed twice."""
+import argparse
 import dataclasses
 
+from pysph_boiling.names import Refused, former_names
 from pysph_boiling.schemes.effects import EFFECTS
 
-__all__ = ["add_options", "apply_options", "option_table"]
+__all__ = ["add_former_options", "add_options", "apply_options", "option_table"]
+
+
+def add_former_options(group, flag, name, form="--{}"):
+    """Add to an argparse group the options that ``flag`` was in earlier versions: each ends the run and names it.
+
+    ``name`` is the slot or the parameter (``"slot.name"``) that the option sets, ``form`` how it is made a flag.
+    """
+    for old in former_names(name):
+        old = form.format(old.removeprefix("scene.").replace("_", "-"))
+        group.add_argument(old, action=Refused, dest=old, default=argparse.SUPPRESS, reason=f"is called {flag} now")
 
 
 def option_table(slots):
@@ -54,10 +66,13 @@ def add_options(group, slots):
         group.add_argument(f"--{slot}", dest=f"{slot}.on", action="store_true", default=None, help=f"with {titles}")
         group.add_argument(f"--no-{slot}", dest=f"{slot}.on", action="store_false", default=None,
                            help=f"without {titles}")
+        for form in ("--{}", "--no-{}"):
+            add_former_options(group, form.format(slot), slot, form)
     for slot, name, flag, spec in option_table(slots):
         choices = spec.metadata["choices"]
         group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(spec), default=None, choices=choices,
                            metavar=None if choices else name.upper(), help=_help(spec.metadata, spec.default))
+        add_former_options(group, flag, f"{slot}.{name}")
 
 
 def apply_options(options, effects, slots):

@@ -7,7 +7,7 @@ from pysph.base.kernels import CubicSpline
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
-from pysph_boiling.names import SchemeError, unknown, whole_number
+from pysph_boiling.names import SchemeError, current_name, unknown, whole_number
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
@@ -32,7 +32,7 @@ __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
 ORDER_EVERY = 10  # steps between two sorts in memory: a sort takes 3 % of a step, a step without 0.05 % per step since
-MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays above density.most_error
+MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays above density.max_mean_error
 SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
 
@@ -130,6 +130,8 @@ class PBFScheme(Scheme):
     def set_effects(self, **effects):
         """Put effects into their slots; ``None`` empties a slot. Raises ``ValueError`` for a slot that is unknown."""
         for slot, effect in effects.items():
+            if slot not in self.slots and current_name(slot) != slot:
+                raise ValueError(f"{slot} is called {current_name(slot)} now")
             if slot not in self.slots:
                 raise unknown(f"effect in {type(self).__name__}:", slot, self.slots)
             if effect is None:
@@ -146,7 +148,7 @@ class PBFScheme(Scheme):
         if name not in QUALITIES:
             raise unknown("quality", name, QUALITIES)
         quality = QUALITIES[name]
-        self.share = quality.share
+        self.dt_factor = quality.dt_factor
         self.set_effects(density=quality.density)
 
     def derive(self, particles, T=None, candidates=None, asked=None):
@@ -207,12 +209,12 @@ class PBFScheme(Scheme):
         self.lean = self.lean if options.lean is None else options.lean
         self.set_effects()
 
-    def time_step(self, share=None):
-        """Suggested time step [s]: ``share`` of t* = sqrt(spacing/|g|), that of the quality if not given."""
+    def time_step(self, dt_factor=None):
+        """Suggested time step [s]: ``dt_factor`` of t* = sqrt(spacing/|g|), that of the quality if not given."""
         fall_time = self.scene().fall_time
         if math.isinf(fall_time):
             raise ValueError("without gravity there is no natural time step: give dt [s]")
-        return (self.share if share is None else share) * fall_time
+        return (self.dt_factor if dt_factor is None else dt_factor) * fall_time
 
     def configure_solver(self, kernel=None, integrator_cls=None, extra_steppers=None, *, frame=None, substeps=None,
                          dt=None, **kw):
@@ -275,7 +277,7 @@ class PBFScheme(Scheme):
         heat_limit = step_limit = math.inf
         if "heat" in self.effects:
             heat_limit = self.effects["heat"].step_limit(scene)
-            step_limit = self.effects["heat"].subcycle_share * self.material.L
+            step_limit = self.effects["heat"].max_enthalpy_change * self.material.L
         called_for = {}
         for table in needs.values():
             for name, needed in table.items():

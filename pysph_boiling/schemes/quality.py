@@ -17,19 +17,19 @@ __all__ = ["QUALITIES", "Quality"]
 class Quality:
     """A preset, and what it promises.
 
-    ``share`` is the time step in units of t* = sqrt(spacing/|g|); ``density`` the density constraint; ``stated`` maps a
-    study of ``pysph-boiling accuracy`` and one of its errors to the bound that a run of it keeps; ``cost`` is the wall
-    time of a simulated second over that of "standard", about: it is measured anew by the same command.
+    ``dt_factor`` is the time step in units of t* = sqrt(spacing/|g|); ``density`` the density constraint; ``stated``
+    maps a study of ``pysph-boiling accuracy`` and one of its errors to the bound that a run of it keeps; ``cost`` is
+    the wall time of a simulated second over that of "standard", about: it is measured anew by the same command.
     """
 
-    share: float
+    dt_factor: float
     density: DensityConstraint
     stated: dict
     cost: float
 
     def settings(self):
         """What it sets in a problem that has these fields."""
-        return dict(share=self.share, density=self.density)
+        return dict(dt_factor=self.dt_factor, density=self.density)
 
 
 def column(error):
@@ -38,10 +38,10 @@ def column(error):
 
 
 QUALITIES = MappingProxyType({
-    "draft": Quality(share=0.07, density=DensityConstraint(max_sweeps=3, tolerance=1e-2),
+    "draft": Quality(dt_factor=0.07, density=DensityConstraint(max_sweeps=3, tolerance=1e-2),
                      stated=column(0.015), cost=0.8),
-    "standard": Quality(share=0.07, density=DensityConstraint(),
+    "standard": Quality(dt_factor=0.07, density=DensityConstraint(),
                         stated=column(0.005) | {("dam_break", "front"): 0.1}, cost=1.0),
-    "reference": Quality(share=0.0175, density=DensityConstraint(max_sweeps=4, tolerance=5e-4, skin=0.2),
+    "reference": Quality(dt_factor=0.0175, density=DensityConstraint(max_sweeps=4, tolerance=5e-4, skin=0.2),
                          stated=column(0.0007), cost=2.5),
 })

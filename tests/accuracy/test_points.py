@@ -21,7 +21,7 @@ class Toy(Problem):
     title = "toy"
     reference = "nothing"
     h: float = 1.0
-    share: float = 0.07
+    dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
@@ -64,7 +64,7 @@ def test_settings_reach_fields_and_effects():
 
 
 def test_combinations_and_words():
-    settings = together(along("share", 0.14, 0.07), fixed_sweeps(2, 4))
+    settings = together(along("dt_factor", 0.14, 0.07), fixed_sweeps(2, 4))
     assert len(settings) == 4 and told(settings[1]) == "step/t* 0.14, 4 sweeps"
     assert told({}) == "default settings"
     assert told({"kernel": "WendlandQuintic", "hdx": 1.5}) == "WendlandQuintic, h/dx 1.5"
@@ -150,7 +150,7 @@ def test_claims_hold_or_fail(points, claim, holds):
 
 @pytest.mark.parametrize("bound, holds", [(1.0, True), (0.5, False)])
 def test_presets_keep_what_they_state(points, monkeypatch, bound, holds):
-    preset = {"fine": Quality(share=0.1, density=DensityConstraint(), cost=1.0, stated={
+    preset = {"fine": Quality(dt_factor=0.1, density=DensityConstraint(), cost=1.0, stated={
         ("toy", "e"): bound, ("another", "e"): 0.0})}
     monkeypatch.setattr(knobs, "QUALITIES", preset)
     monkeypatch.setattr(results, "QUALITIES", preset)

@@ -51,7 +51,7 @@ def test_sweeps_until_a_tolerance_reach_it(outcomes):
 
 def test_start_gives_the_dam_no_velocity():
     """Unless it is settled the walls throw the column out, the faster the smaller the step."""
-    front = {passes: DamBreak(layers=8, share=0.035, duration=0.25, density=DensityConstraint(
+    front = {passes: DamBreak(layers=8, dt_factor=0.035, duration=0.25, density=DensityConstraint(
         max_sweeps=16, tolerance=1e-3, settle=passes)).run().errors["front"] for passes in (0, 50)}
     assert front[50] < 0.1 < front[0]
 

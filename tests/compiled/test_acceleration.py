@@ -12,7 +12,7 @@ DX = 0.01
 WIDTH, HEIGHT = 16, 24
 
 
-def tank(width=8, fill=12, jitter=0.2, share=0.07, **density):
+def tank(width=8, fill=12, jitter=0.2, dt_factor=0.07, **density):
     """A column of water, disordered, in a wider tank; ready to step."""
     upper = (WIDTH * DX, HEIGHT * DX, 0.0)
     motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
@@ -21,13 +21,13 @@ def tank(width=8, fill=12, jitter=0.2, share=0.07, **density):
     arrays = [fluid_block((0.0, 0.0, 0.0), (width * DX, fill * DX, 0.0), jitter=jitter, seed=1, **common),
               box_vessel((0.0, 0.0), upper[:2], kernel=motion.kernel, **common)]
     motion.setup_properties(arrays)
-    return Stepper(motion, arrays, dt=motion.time_step(share))
+    return Stepper(motion, arrays, dt=motion.time_step(dt_factor))
 
 
 def error_after(sweeps, **density):
     """Mean density error [-] that so many sweeps of the first step leave in compressed water."""
     stepper = tank(width=WIDTH, fill=16, jitter=0.0, min_sweeps=sweeps + 1, max_sweeps=sweeps + 1, tolerance=0.0,
-                   most_error=10.0, settle=0, **density)
+                   max_mean_error=10.0, settle=0, **density)
     fluid = stepper.arrays["fluid"]
     fluid.y *= 0.94
     stepper.step()
@@ -35,13 +35,13 @@ def error_after(sweeps, **density):
 
 
 def test_accelerated_sweeps_reach_a_smaller_error():
-    plain, accelerated = error_after(30), error_after(30, acceleration=0.97, omega=0.5)
+    plain, accelerated = error_after(30), error_after(30, chebyshev_radius=0.97, omega=0.5)
     assert accelerated < 0.5 * plain
 
 
 def test_weights_follow_chebyshev_and_restart_where_the_error_rises():
     """The host's part alone, on errors made up: three fall, one rises, then they fall again."""
-    move = PBFMoveAccelerated("fluid", None, omega=0.5, longest=1.0, radius=0.9, delay=2)
+    move = PBFMoveAccelerated("fluid", None, omega=0.5, max_displacement=1.0, radius=0.9, delay=2)
 
     class Array:
         gpu = None
@@ -60,8 +60,8 @@ def test_weights_follow_chebyshev_and_restart_where_the_error_rises():
 
 def test_accelerated_moves_equal_the_reference():
     """One step replayed sweep by sweep from what the kernels were given: corrections and weights."""
-    stepper = tank(acceleration=0.9, omega=0.6, min_sweeps=8, max_sweeps=8, tolerance=0.0, longest=1.0,
-                   most_error=10.0)
+    stepper = tank(chebyshev_radius=0.9, omega=0.6, min_sweeps=8, max_sweeps=8, tolerance=0.0, max_displacement=1.0,
+                   max_mean_error=10.0)
     fluid, seen, weights = stepper.arrays["fluid"], [], [1.0]
     stepper.step(3)
 
@@ -85,7 +85,7 @@ def test_accelerated_moves_equal_the_reference():
 @host_only
 def test_lists_with_a_skin_are_kept_and_change_nothing():
     """Until round-off has grown: the same neighbours count, whatever the list holds beside them."""
-    fresh, kept = (tank(share=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0)
+    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0)
                    for skin in (0.0, 0.3))
     start = fresh.arrays["fluid"].x.copy(), fresh.arrays["fluid"].y.copy()
     fresh.step(60)
@@ -100,7 +100,7 @@ def test_lists_with_a_skin_are_kept_and_change_nothing():
 
 @host_only
 def test_lists_are_made_anew_where_particles_come_go_or_change_places():
-    stepper = tank(skin=1.0, jitter=0.01, share=0.01)
+    stepper = tank(skin=1.0, jitter=0.01, dt_factor=0.01)
     integrator, fluid = stepper.solver.integrator, stepper.arrays["fluid"]
     stepper.step(3)
     assert integrator.searches == 1

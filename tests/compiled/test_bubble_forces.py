@@ -33,7 +33,7 @@ class Forces:
         self.g = G[dim] if g is None else np.asarray(g, float)
         gravity = dict(zip(("gx", "gy", "gz"), self.g))
         up = -self.g / (np.linalg.norm(self.g) or 1.0)
-        cone = dict(ux=up[0], uy=up[1], uz=up[2], cosine=0.5, lowest=0.3 * DX)
+        cone = dict(ux=up[0], uy=up[1], uz=up[2], cone_cosine=0.5, min_cover_height=0.3 * DX)
         self.fluid, self.sites = fluid, site_array(sites, reach=SUPPORT, spacing=DX)
         for name in ("phase", "bubble_n", "film", "covered", "free", "vapour_near"):
             fluid.add_property(name, type="int")

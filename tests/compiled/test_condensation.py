@@ -31,14 +31,14 @@ STREAM = 20
 class Water:
     """Frozen particles with everything that condensation needs. All vapour at first stands at saturation."""
 
-    def __init__(self, pa, *, dim, form="latent", seed=0, dt=NO_TIME, acceleration=1.0, base=((-FAR, -FAR, 0.0),),
+    def __init__(self, pa, *, dim, form="latent", seed=0, dt=NO_TIME, time_scaling=1.0, base=((-FAR, -FAR, 0.0),),
                  T_wall=T_SAT):
         wall = fluid_array(base, name="wall", spacing=DX, dim=dim, rho0=WATER.rho_l)
         wall.add_property("heated", type="int", data=np.ones(len(base), int))
         self.pa, self.subcooling = pa, {"latent": 0.0, "paper": 1.0}[form]
         self.scheme = BoilingScheme(
             ["fluid"], ["wall"], dim=dim, spacing=DX, material=WATER, density=None,
-            heat=HeatConduction(acceleration=acceleration), heater=Heater(temperature=T_wall), phases=PhaseChange(),
+            heat=HeatConduction(time_scaling=time_scaling), heater=Heater(temperature=T_wall), phases=PhaseChange(),
             bubbles=BubbleLabels(), condensation=Condensation(form=form, seed=seed))
         self.scheme.setup_properties([pa, wall])
         self.scheme.set_temperature(pa, 273.15)
@@ -316,7 +316,7 @@ DT = 0.9 * min(heat_step_limit(WATER.rho_l, c, A * k, 1.2 * DX) for c, k in (
 def test_bubble_of_11_in_ice_water_collapses_only_in_the_latent_form(form, dim):
     """The deficit of 11 particles at 273.15 K is 11 c_v 100 K = .99 L: in the paper's form they stay for ever."""
     pa, size = block({2: 21, 3: 11}[dim], dim)
-    water = Water(pa, dim=dim, form=form, dt=DT, acceleration=A)
+    water = Water(pa, dim=dim, form=form, dt=DT, time_scaling=A)
     place = np.stack([pa.x, pa.y, pa.z], -1) - 0.5 * size - 1e-4 * DX * np.array([1.0, 2.0, 3.0])  # no two as near
     water.vapour(np.argsort(np.linalg.norm(place, axis=1))[:11])
     gas, worst, n = pa.phase == Phase.VAPOUR, 0.0, []
@@ -342,7 +342,7 @@ def test_ledger_closes_while_vapour_appears_and_condenses():
     pa, size = block(n, 2)
     base = np.zeros((n, 3))
     base[:, 0], base[:, 1] = DX * (np.arange(n) + 0.5), -0.5 * DX
-    water = Water(pa, dim=2, dt=DT, acceleration=A, base=base, T_wall=640.0)
+    water = Water(pa, dim=2, dt=DT, time_scaling=A, base=base, T_wall=640.0)
     low = pa.y < 4.0 * DX
     pa.phase[low], pa.e[low] = Phase.TRANSITION, 0.9 * L
     water.vapour(np.flatnonzero(low)[:1])

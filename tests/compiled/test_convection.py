@@ -48,7 +48,7 @@ def pool(form, T, base=None, **parameters):
     size = (WIDTH * DX, 2 * FILL * DX, 0.0)
     scheme = sets.scheme(form, dim=2, spacing=DX, changes=dict(
         container=BoxContainer(upper=size), heater=Heater(temperature=base or 300.0),
-        heat=HeatConduction(acceleration=300.0 if base else 1e-6), convection=Convection(form=form, **parameters)))
+        heat=HeatConduction(time_scaling=300.0 if base else 1e-6), convection=Convection(form=form, **parameters)))
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (size[0], FILL * DX, 0.0), jitter=0.01, **common)
     wall = box_vessel((0.0, 0.0), size[:2], kernel=scheme.kernel, heated_fraction=0.4, **common)

@@ -19,7 +19,7 @@ def pool(v_exp, ramp=10.0):
     size = (WIDTH * DX, 2 * FILL * DX, 0.0)
     scheme = sets.scheme("expand", dim=2, spacing=DX, changes=dict(
         container=BoxContainer(upper=size), expansion=Expansion(v_exp=v_exp, ramp=ramp),
-        buoyancy=Buoyancy(k_bubble=0.0), venting=Venting(steps=10**6),
+        buoyancy=Buoyancy(k_bubble=0.0), venting=Venting(free_steps=10**6),
         heater=Heater(temperature=sets.WATER_1ATM.T_sat)))
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (size[0], FILL * DX, 0.0), jitter=0.01, **common)

@@ -239,7 +239,7 @@ def test_heaters_have_temperatures_of_their_own(kernels):
 
 def test_heater_power_is_flux_times_area():
     """And times A, the factor by which heat runs faster than motion."""
-    effects = dict(heat=HeatConduction(laplacian="paper", acceleration=3.0), heater=Heater(flux=1e4))
+    effects = dict(heat=HeatConduction(laplacian="paper", time_scaling=3.0), heater=Heater(flux=1e4))
     exchange = scheme("exchange", dim=3, spacing=0.1, changes=effects)
     fluid, wall, _ = cloud(3)
     exchange.setup_properties([fluid, wall])

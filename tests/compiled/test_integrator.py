@@ -189,7 +189,7 @@ def test_no_particle_moves_far_in_a_step(speed, pull, parts):
 @pytest.mark.parametrize(("most", "sweeps"), [(10.0, [1]), (1e-3, range(2, 10)), (1e-9, [10])])
 def test_sweeps_go_on_while_the_error_stays_large(most, sweeps):
     """One sweep is asked for; ten times as many are the end."""
-    stepper = Stepper(*dam(min_sweeps=1, max_sweeps=1, tolerance=0.0, most_error=most))
+    stepper = Stepper(*dam(min_sweeps=1, max_sweeps=1, tolerance=0.0, max_mean_error=most))
     stepper.step(40)
     fluid = stepper.arrays["fluid"]
     assert fluid.sweeps[0] in sweeps and (fluid.sweeps[0] == 10 or fluid.density_error[0] <= most)
@@ -273,4 +273,4 @@ def test_what_a_run_warns_of_is_told_once_and_plainly(tmp_path, capfd, monkeypat
     assert "UserWarning" not in out + err and "pysph_boiling/" not in out + err, err
     results = app.ledger.table()
     assert np.count_nonzero(results["density_error_mean"] > 1e-4) > 5, "steps that ended above their tolerance"
-    assert results["n_unconverged"][-1] == 0.0 and "density.most_error" not in said
+    assert results["n_unconverged"][-1] == 0.0 and "density.max_mean_error" not in said

@@ -32,7 +32,7 @@ pytestmark = host_only  # the mechanical ledger refuses a device
 
 DX, CLOSED = 0.004, 1e-12
 EVERYTHING = {**sets.BOIL, "expansion": Expansion(), "oscillation": Oscillation(form="hysteresis"),
-              "venting": Venting(mode="remove", share=0.1, steps=1), "refill": Refill(),
+              "venting": Venting(mode="remove", free_fraction=0.1, free_steps=1), "refill": Refill(),
               "mechanics": MechanicalLedger()}
 
 
@@ -117,7 +117,7 @@ def column(ramp):
     stepper, fluid, row = vessel(
         fill=16, bubble=0.0, expansion=Expansion(v_exp=1.5, ramp=ramp), buoyancy=Buoyancy(k_bubble=0.0),
         tension=Cohesion(strength=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
-        refill=Refill(rate=0.0), venting=Venting(mode="remove", steps=10**6),
+        refill=Refill(rate=0.0), venting=Venting(mode="remove", free_steps=10**6),
         oscillation=Oscillation(form="hysteresis", min_particles=10**6))
     fluid.u[:] = fluid.v[:] = 0.0
     stepper.dt = stepper.scheme.time_step()
@@ -135,7 +135,7 @@ def test_swelling_vapour_does_p_dV(parts, ramp):
     """p is the weight above. It lifts the pool as it swells, and gets back what it gave when it is liquid again."""
     stepper, fluid, row, low = column(ramp)
     stepper.dt /= parts
-    assert (stepper.dt < stepper.solver.integrator.motion.shortest) == (parts > 1)
+    assert (stepper.dt < stepper.solver.integrator.motion.short_step) == (parts > 1)
     done, before = [], fluid.swell.copy()
     for goal in (1.5, 1.0):
         expected, then = 0.0, row()
@@ -171,7 +171,7 @@ def test_short_step_after_long_ones_does_no_more_than_its_share():
 @pytest.mark.parametrize("accelerated", [False, True], ids=["plain", "accelerated"])
 def test_multipliers_add_up_as_displacements_do(accelerated):
     """Two passes of five sweeps over one particle whose correction is its multiplier, the second without a velocity."""
-    move = dict(omega=0.7, longest=1e9)
+    move = dict(omega=0.7, max_displacement=1e9)
     equation = PBFMoveAccelerated("fluid", None, radius=0.9, delay=2, **move) if accelerated \
         else PBFMove("fluid", None, **move)
     constants = dict(prior=[1.0] * 3, sweeps=[0.0] * 2, density_error=[1.0] * 2)
@@ -236,7 +236,7 @@ def test_viscosity_takes_what_its_pairs_lose():
 
 
 def test_drag_slows_a_bubble_in_liquid_at_rest():
-    stepper, fluid, row = vessel(venting=Venting(mode="remove", share=1.0, steps=50))
+    stepper, fluid, row = vessel(venting=Venting(mode="remove", free_fraction=1.0, free_steps=50))
     bubble = fluid.phase == Phase.VAPOUR
     fluid.u[:] = fluid.v[:] = 0.0
     fluid.u[bubble] = 0.2

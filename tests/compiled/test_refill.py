@@ -20,7 +20,7 @@ def vessel(refill, top=2.0, T=350.0, superheat=None):
     size = (WIDTH * DX, top * FILL * DX, 0.0)
     scheme = sets.scheme("open", dim=2, spacing=DX, changes=dict(
         container=BoxContainer(upper=size), heater=Heater(temperature=T_SAT + (superheat or 0.0)), refill=refill,
-        heat=HeatConduction(acceleration=1000.0 if superheat else 1e-9)))
+        heat=HeatConduction(time_scaling=1000.0 if superheat else 1e-9)))
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (size[0], FILL * DX, 0.0), jitter=0.01, **common)
     arrays = [fluid, box_vessel((0.0, 0.0), size[:2], kernel=scheme.kernel, heated_fraction=0.9, **common),

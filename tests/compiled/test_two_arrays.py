@@ -64,7 +64,7 @@ def test_phases_next_to_vapour_change_alike_in_any_arrays():
     final = []
     points, left = block(1.0)
     for names, swapped in SPLITS:
-        scheme = BoilingScheme(names, [], dim=2, spacing=DX, density=None, heat=HeatConduction(acceleration=2000.0),
+        scheme = BoilingScheme(names, [], dim=2, spacing=DX, density=None, heat=HeatConduction(time_scaling=2000.0),
                                phases=PhaseChange(), material=WATER_1ATM)
         made = arrays(names, points, left ^ swapped, scheme.rho0)
         scheme.setup_properties(made)

@@ -89,7 +89,7 @@ def pool(request):
 @pytest.mark.parametrize("mode", sorted(SETTING))
 @pytest.mark.parametrize("share, last, first", [(0.05, 0, 1), (0.5, 2, 3), (1.0, 4, 5)])  # of sqrt(20) = 4.5
 def test_a_bubble_leaves_when_its_share_is_free_and_not_before(mode, share, last, first):
-    pool = Pool(mode, share=share)
+    pool = Pool(mode, free_fraction=share)
     pool.free(big=last)
     pool.vent()
     assert pool.left == set()
@@ -101,7 +101,7 @@ def test_a_bubble_leaves_when_its_share_is_free_and_not_before(mode, share, last
 
 @pytest.mark.parametrize("steps", [1, 3])
 def test_particles_count_as_free_only_after_some_steps(steps):
-    pool = Pool("lid", steps=steps)
+    pool = Pool("lid", free_steps=steps)
     pool.free(big=20, steps=steps - 1)
     pool.vent()
     assert pool.left == set()

@@ -15,7 +15,7 @@ from pysph.solver.utils import load
 from pysph_boiling.examples import scenes
 
 BACKENDS = {"openmp": ("--openmp",), "double": ("--opencl", "--use-double"), "single": ("--opencl",)}
-POOL = ("--flat", "--fill", "10", "--subcooling", "80", "--acceleration", "8000", "--no-pictures",
+POOL = ("--flat", "--fill", "10", "--subcooling", "80", "--time-scaling", "8000", "--no-pictures",
         "--results-every", "5")
 SCENES = {  # of explosive_boiling, in one set of compiled stages: options, steps
     "burst": ((*POOL, "--width", "40", "--hot", "0.7", "--superheat", "220"), 60),

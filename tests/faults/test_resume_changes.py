@@ -107,7 +107,7 @@ def test_heater_of_another_temperature_heats_from_then_on(tmp_path, capsys):
     (["--kernel", "WendlandQuintic"], "--kernel (it was CubicSpline, and would become WendlandQuintic)"),
     (["--no-heater"], "--heater (it was Heater, and would become off)"),
     (["--loss"], "--loss (it was off, and would become AmbientLoss)"),
-    (["--heat.acceleration", "2"], "--heat.acceleration (it was 1.0, and would become 2.0)"),
+    (["--heat.time-scaling", "2"], "--heat.time-scaling (it was 1.0, and would become 2.0)"),
     (["--heater.flux", "1000"], "of array 'fluid' it lacks"),
 ])
 def test_another_vessel_or_other_effects_are_refused(tmp_path, slab, options, said, capsys):

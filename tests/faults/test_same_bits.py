@@ -24,7 +24,7 @@ OPTIONS = {
     "by number": ["--sort-gids", "--density.skin", "0.2"], **{name: ["--nnps", name] for name in SEARCHES[1:]},
 }
 COMPILED = {  # these compile kernels of their own
-    "Wendland": ["--kernel", "WendlandQuintic"], "Chebyshev": ["--density.acceleration", "0.9"],
+    "Wendland": ["--kernel", "WendlandQuintic"], "Chebyshev": ["--density.chebyshev-radius", "0.9"],
     "one thread": ["--no-openmp"], "friction": ["--viscosity.wall", "0"]}
 
 

@@ -96,7 +96,7 @@ def effects_of(row, upper):
     heater = Heater(temperature=T_SAT + 60.0) if row["heater"] == "temperature" else Heater(flux=2e4)
     effects = dict(
         container=BoxContainer(upper=upper), viscosity=XSPHViscosity(),
-        heat=HeatConduction(laplacian=row["laplacian"], acceleration=800.0), heater=heater,
+        heat=HeatConduction(laplacian=row["laplacian"], time_scaling=800.0), heater=heater,
         phases=PhaseChange(interrupt=row["interrupt"], vapour_as_site=row["vapour_as_site"]),
         nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
         tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag())

@@ -35,7 +35,7 @@ def still(name, *, dt, heated=None, T_heater=None, T=T_START, **changes):
 
 
 def exchange(*, eta=0.0, source=0.0, T_ambient=T_AIR, dt=0.0014, A=A, **kwargs):
-    return still("exchange", dt=dt, heat=HeatConduction(laplacian="paper", acceleration=A), heater=Heater(flux=0.0),
+    return still("exchange", dt=dt, heat=HeatConduction(laplacian="paper", time_scaling=A), heater=Heater(flux=0.0),
                  loss=AmbientLoss(coefficient=eta, T_ambient=T_ambient), source=HeatSource(density=source), **kwargs)
 
 
@@ -211,7 +211,7 @@ def test_temperature_is_never_behind_the_enthalpy_in_a_boil(name):
     n = 9
     heater = Heater(temperature=WATER.T_sat + 60.0) if name == "boil" else Heater(flux=2e5)
     made = scheme(name, dim=2, spacing=DX, changes=dict(heater=heater, heat=HeatConduction(
-        laplacian=scheme(name, dim=2, spacing=DX).effects["heat"].laplacian, acceleration=A)))
+        laplacian=scheme(name, dim=2, spacing=DX).effects["heat"].laplacian, time_scaling=A)))
     upper = (n * DX, 1.6 * n * DX, 0.0)
     common = dict(spacing=DX, dim=2, rho0=made.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (n * DX, n * DX, 0.0), jitter=0.02, **common)

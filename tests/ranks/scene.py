@@ -118,13 +118,13 @@ class RankScene(SceneApplication):
             ["fluid"], ["wall"], dim=2, spacing=DX, material=WATER_1ATM, sites=["sites"],
             density=DensityConstraint(settle=3),
             container=BoxContainer(upper=(width + 4 * DX, 2.0 * height + 4 * DX, 0.0)), viscosity=XSPHViscosity(),
-            heat=HeatConduction(acceleration=800.0), heater=Heater(flux=2e4),
+            heat=HeatConduction(time_scaling=800.0), heater=Heater(flux=2e4),
             loss=AmbientLoss(), phases=PhaseChange(), nucleation=PresetNucleation(),
             burst=DynamicNucleation(superheat_limit=100.0, radius=2.4), bubbles=BubbleLabels(),
             condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(),
             adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
             oscillation=Oscillation(form="hysteresis", min_particles=5),
-            venting=Venting(mode="remove", share=0.6, steps=1), refill=Refill(rate=0.5))
+            venting=Venting(mode="remove", free_fraction=0.6, free_steps=1), refill=Refill(rate=0.5))
 
     def make_particles(self, p, scheme):
         width, height = self.size(p)

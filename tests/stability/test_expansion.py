@@ -8,7 +8,7 @@ from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.examples.superheat_sites import SuperheatSites
 from pysph_boiling.schemes.effects import BoxContainer, DynamicNucleation, Expansion, Heater, PhaseChange
 
-FLAT = dict(dim=2, spacing=0.002, heated=0.7, acceleration=1000.0)
+FLAT = dict(dim=2, spacing=0.002, heated=0.7, time_scaling=1000.0)
 
 
 def bursting(v_exp, top):

@@ -27,7 +27,7 @@ ALLOWED = {  # why the order does not matter
     ("BubbleHook", "unsettled"): "a flag that is only ever raised",
 }
 FORMS = {
-    "density": [DensityConstraint(), DensityConstraint(acceleration=0.9)],
+    "density": [DensityConstraint(), DensityConstraint(chebyshev_radius=0.9)],
     "container": [BoxContainer(), CylinderContainer()],
 }
 

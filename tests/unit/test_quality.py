@@ -15,7 +15,7 @@ def scheme(**given):
 def test_quality_sets_time_step_and_sweeps(name):
     made, quality = scheme(quality=name), QUALITIES[name]
     assert made.effects["density"] == quality.density
-    assert made.time_step() == pytest.approx(quality.share * (0.01 / 9.81) ** 0.5)
+    assert made.time_step() == pytest.approx(quality.dt_factor * (0.01 / 9.81) ** 0.5)
 
 
 def test_qualities_are_ordered():

@@ -76,7 +76,7 @@ def test_facts_are_those_of_the_heater_that_was_built():
     ("steady_boiling", ["--heater.temperature", "413"], "superheat", "--heater"),
     ("steady_boiling", ["--heater.flux", "1e4"], "superheat", "--heater"),
     ("steady_boiling", ["--no-heater"], "superheat", "--no-heater"),
-    ("steady_boiling", ["--heat.acceleration", "7"], "acceleration", "--heat"),
+    ("steady_boiling", ["--heat.time-scaling", "7"], "time_scaling", "--heat"),
     ("heated_slab", ["--heater.temperature", "300"], "T_1", "--heater"),
     ("cooling", ["--heater.until", "9"], "heat_until", "--heater"),
     ("geyser", ["--expansion.v-exp", "2"], "v_exp", "--expansion"),

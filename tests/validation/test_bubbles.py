@@ -20,8 +20,8 @@ def pool(width, fill, centres, radius=3.2):
     size = (width * DX, 1.4 * fill * DX, 0.0)
     scheme = sets.scheme("boil", dim=2, spacing=DX,
                          changes=dict(container=BoxContainer(upper=size), buoyancy=Buoyancy(k_bubble=0.0),
-                                      heat=HeatConduction(acceleration=1e-9), heater=Heater(temperature=373.15),
-                                      venting=Venting(steps=10**6)))
+                                      heat=HeatConduction(time_scaling=1e-9), heater=Heater(temperature=373.15),
+                                      venting=Venting(free_steps=10**6)))
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (size[0], fill * DX, 0.0), jitter=0.01, **common)
     arrays = [fluid, box_vessel((0.0, 0.0), size[:2], kernel=scheme.kernel, heated_fraction=0.1, **common),

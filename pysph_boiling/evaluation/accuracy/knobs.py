@@ -30,7 +30,7 @@ def fixed_sweeps(*counts):
 
 def unguarded(*settings):
     """The settings without what comes to the help of a step that is too long: no parts, no sweeps beyond the asked."""
-    return tuple({**one, "density.longest_step": 1.0, "density.most_error": 1.0} for one in settings)
+    return tuple({**one, "density.longest_step": 1.0, "density.max_mean_error": 1.0} for one in settings)
 
 
 def until(*tolerances, most=60):
@@ -52,8 +52,9 @@ def changed(problem, settings):
     return replace(problem, **own)
 
 
-NAMES = {"share": "step/t*", "density.omega": "omega", "density.acceleration": "acceleration", "density.skin": "skin",
-         "density.eps": "eps", "kernel": "", "hdx": "h/dx", "interrupt": "", "radius": "radius/dx"}
+NAMES = {"dt_factor": "step/t*", "density.omega": "omega", "density.chebyshev_radius": "acceleration",
+         "density.skin": "skin", "density.eps": "eps", "kernel": "", "hdx": "h/dx", "interrupt": "",
+         "radius": "radius/dx"}
 
 
 def told(settings):
@@ -154,7 +155,7 @@ class Study:
 
 
 CUBIC, QUINTIC = {"kernel": "CubicSpline"}, {"kernel": "WendlandQuintic"}
-SHARES = (0.28, 0.14, 0.07, 0.035)
+DT_FACTORS = (0.28, 0.14, 0.07, 0.035)
 
 
 def hydrostatic(dim, quick):
@@ -168,37 +169,39 @@ def hydrostatic(dim, quick):
         small = replace(problem, layers=10, width=0.5, settle=6.0, watch=1.5)
         if dim == 3:
             return Study(key, small, "density_mean", what, {"steps and sweeps": together(
-                along("share", 0.14), fixed_sweeps(4))}, note="3-D")
-        steps = unguarded(*together(along("share", *SHARES[:3]), fixed_sweeps(4)))
+                along("dt_factor", 0.14), fixed_sweeps(4))}, note="3-D")
+        steps = unguarded(*together(along("dt_factor", *DT_FACTORS[:3]), fixed_sweeps(4)))
         return Study(key, small, "density_mean", what, {
-            "steps and sweeps": together(along("share", 0.14, 0.07), fixed_sweeps(2, 4)),
-            "acceleration": together(along("density.acceleration", 0.9), along("density.omega", 0.5), fixed_sweeps(4)),
+            "steps and sweeps": together(along("dt_factor", 0.14, 0.07), fixed_sweeps(2, 4)),
+            "acceleration": together(along("density.chebyshev_radius", 0.9), along("density.omega", 0.5),
+                                     fixed_sweeps(4)),
             "kernel": [{**QUINTIC, "hdx": 1.5}], "tolerance": until(1e-3),
-        }, trends=(Trend("time step, 4 sweeps", "share", steps),), note="2-D")
-    shares = (*SHARES, 0.0175) if dim == 2 else SHARES[:3]
+        }, trends=(Trend("time step, 4 sweeps", "dt_factor", steps),), note="2-D")
+    factors = (*DT_FACTORS, 0.0175) if dim == 2 else DT_FACTORS[:3]
     counts = (2, 4, 8, 16) if dim == 2 else (2, 4, 8)
-    four, level = (unguarded(*together(along("share", *shares[1:]), fixed_sweeps(4))),
-                   tuple(together(along("layers", 10, 20, *((40,) if dim == 2 else ())), along("share", 0.035),
+    four, level = (unguarded(*together(along("dt_factor", *factors[1:]), fixed_sweeps(4))),
+                   tuple(together(along("layers", 10, 20, *((40,) if dim == 2 else ())), along("dt_factor", 0.035),
                                   fixed_sweeps(8))))
     knobs = {
-        "steps and sweeps": together(along("share", *shares), fixed_sweeps(*counts)),
-        "tolerance": together(along("share", *shares[1:-1]), until(1e-2, 4e-3, 1e-3, *((3e-4,) if dim == 2 else ()))),
+        "steps and sweeps": together(along("dt_factor", *factors), fixed_sweeps(*counts)),
+        "tolerance": together(along("dt_factor", *factors[1:-1]),
+                              until(1e-2, 4e-3, 1e-3, *((3e-4,) if dim == 2 else ()))),
         "under-relaxation": together(along("density.omega", *((0.3, 0.5, 0.9, 1.0) if dim == 2 else (0.5, 0.9))),
                                      fixed_sweeps(4)),
         "kernel": [{**kernel, "hdx": hdx} for kernel in (CUBIC, QUINTIC)
                    for hdx in ((1.0, 1.2, 1.5, 1.8) if dim == 2 else (1.0, 1.2, 1.5))],
         "relaxation": together(along("density.eps", 0.01, 1.0), fixed_sweeps(4)),
-        "acceleration": together(along("density.acceleration", 0.9, 0.97), along("density.omega", 0.5, 0.7),
-                                 along("share", *shares[1:3]), fixed_sweeps(*counts[1:3])),
+        "acceleration": together(along("density.chebyshev_radius", 0.9, 0.97), along("density.omega", 0.5, 0.7),
+                                 along("dt_factor", *factors[1:3]), fixed_sweeps(*counts[1:3])),
         "skin": along("density.skin", 0.1, 0.2, 0.4),
         "all together": [
-            *together(along("density.skin", 0.2), along("share", 0.1, 0.07, 0.035), fixed_sweeps(2, 4)),
-            *together(along("density.skin", 0.2), along("density.acceleration", 0.97), along("density.omega", 0.5),
-                      along("share", 0.1, 0.07, 0.035), fixed_sweeps(8, *((12,) if dim == 2 else ())))],
+            *together(along("density.skin", 0.2), along("dt_factor", 0.1, 0.07, 0.035), fixed_sweeps(2, 4)),
+            *together(along("density.skin", 0.2), along("density.chebyshev_radius", 0.97), along("density.omega", 0.5),
+                      along("dt_factor", 0.1, 0.07, 0.035), fixed_sweeps(8, *((12,) if dim == 2 else ())))],
         "spacing": along("layers", 10, 40) if dim == 2 else along("layers", 10),
     }
     return Study(key, problem, "density_mean", what, knobs, trends=(
-        Trend("time step, 4 sweeps", "share", four),
+        Trend("time step, 4 sweeps", "dt_factor", four),
         Trend("spacing, level of the water", "layers", level, error="level", finer="larger")),
         apart=("layers",), note=f"{dim}-D")
 
@@ -210,14 +213,14 @@ def dam_break(quick):
     what = "largest distance of the front from the range of the experiments"
     if quick:
         return Study("dam_break", DamBreak(layers=10), "front", what, {
-            "steps and sweeps": together(along("share", 0.14, 0.035), fixed_sweeps(2))}, note="experiments")
+            "steps and sweeps": together(along("dt_factor", 0.14, 0.035), fixed_sweeps(2))}, note="experiments")
     return Study("dam_break", DamBreak(), "front", what, {
-        "steps and sweeps": together(along("share", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
+        "steps and sweeps": together(along("dt_factor", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
         "tolerance": until(1e-2, 1e-3), "under-relaxation": along("density.omega", 0.5, 0.9),
         "kernel": [{**CUBIC, "hdx": 1.5}, {**QUINTIC, "hdx": 1.2}, {**QUINTIC, "hdx": 1.5}],
-        "acceleration": along("density.acceleration", 0.9, 0.97), "skin": along("density.skin", 0.1, 0.2, 0.4),
-        "splitting of steps": together(along("share", 0.14, 0.07), along("density.courant", 0.2, 0.8, 1.6)),
-        "spacing": together(along("layers", 10, 40), along("share", 0.14, 0.07)),
+        "acceleration": along("density.chebyshev_radius", 0.9, 0.97), "skin": along("density.skin", 0.1, 0.2, 0.4),
+        "splitting of steps": together(along("dt_factor", 0.14, 0.07), along("density.courant", 0.2, 0.8, 1.6)),
+        "spacing": together(along("layers", 10, 40), along("dt_factor", 0.14, 0.07)),
     }, note="experiments")
 
 
@@ -227,7 +230,7 @@ def dam_break_itself(quick):
     knobs = {name: settings for name, settings in study.knobs.items() if name != "spacing"}
     return replace(study, key="dam_break_itself", error="front_at_2", note="numerical settings", knobs=knobs,
                    what="front at t sqrt(g/H) = 2 against that with the smallest time step and the most sweeps",
-                   finest=dict(fixed_sweeps(8)[0], share=0.035) if quick else dict(fixed_sweeps(16)[0], share=0.0175))
+                   finest=dict(fixed_sweeps(8 if quick else 16)[0], dt_factor=0.035 if quick else 0.0175))
 
 
 def bubble_rise(quick):
@@ -236,12 +239,12 @@ def bubble_rise(quick):
     what = "speed against that of the smallest time step with the most sweeps"
     if quick:
         small = BubbleRise(cells=5.0, starts=1, settle=2.0)
-        return Study("bubble_rise", small, "speed", what, {}, finest={"share": 0.035}, presets=False)
+        return Study("bubble_rise", small, "speed", what, {}, finest={"dt_factor": 0.035}, presets=False)
     return Study("bubble_rise", BubbleRise(), "speed", what, {
-        "steps and sweeps": together(along("share", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
-        "acceleration": along("density.acceleration", 0.9), "kernel": [{**QUINTIC, "hdx": 1.5}],
+        "steps and sweeps": together(along("dt_factor", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
+        "acceleration": along("density.chebyshev_radius", 0.9), "kernel": [{**QUINTIC, "hdx": 1.5}],
         "spacing": along("cells", 9.0),
-    }, finest=dict(fixed_sweeps(16)[0], share=0.0175))
+    }, finest=dict(fixed_sweeps(16)[0], dt_factor=0.0175))
 
 
 def bubble_at_rest(quick):
@@ -251,10 +254,10 @@ def bubble_at_rest(quick):
     if quick:
         return Study("bubble_at_rest", BubbleAtRest(cells=16, duration=15.0), "speed", what, {}, presets=False)
     return Study("bubble_at_rest", BubbleAtRest(), "speed", what, {
-        "time step": along("share", 0.1, 0.05, 0.035), "cohesion": along("strength", 2.5, 8.0),
-        "time step and cohesion": together(along("share", 0.05, 0.035), along("strength", 8.0)),
+        "time step": along("dt_factor", 0.1, 0.05, 0.035), "cohesion": along("strength", 2.5, 8.0),
+        "time step and cohesion": together(along("dt_factor", 0.05, 0.035), along("strength", 8.0)),
         "sweeps and cohesion": together(along("strength", 8.0), fixed_sweeps(4, 16)),
-        "3-D": [tank, *together([tank], along("strength", 3.0), along("share", 0.07, 0.05, 0.035))],
+        "3-D": [tank, *together([tank], along("strength", 3.0), along("dt_factor", 0.07, 0.05, 0.035))],
     })
 
 
@@ -264,12 +267,12 @@ def sloshing(quick):
     what = "energy that one period takes, over what was given"
     if quick:
         small = SloshingTank(cells=20, settle=6.0)
-        return Study("sloshing", small, "loss", what, {"time step": along("share", 0.14)})
+        return Study("sloshing", small, "loss", what, {"time step": along("dt_factor", 0.14)})
     return Study("sloshing", SloshingTank(), "loss", what, {
-        "steps and sweeps": together(along("share", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
+        "steps and sweeps": together(along("dt_factor", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
         "tolerance": until(1e-2, 1e-3), "under-relaxation": along("density.omega", 0.5, 0.9),
         "kernel": [{**CUBIC, "hdx": 1.5}, {**QUINTIC, "hdx": 1.2}, {**QUINTIC, "hdx": 1.5}],
-        "acceleration": along("density.acceleration", 0.9, 0.97), "skin": along("density.skin", 0.2),
+        "acceleration": along("density.chebyshev_radius", 0.9, 0.97), "skin": along("density.skin", 0.2),
         "spacing": along("cells", 20, 80),
     }, trends=(Trend("spacing", "cells", tuple(along("cells", 20, 40, 80)), finer="larger"),))
 
@@ -278,7 +281,7 @@ def momentum(quick):
     from pysph_boiling.evaluation.problems.drift import PeriodicBox
 
     return Study("momentum", PeriodicBox(), "momentum", "change of the mean velocity over itself", {} if quick else {
-        "sweeps": fixed_sweeps(2, 8), "acceleration": along("density.acceleration", 0.9)}, presets=False)
+        "sweeps": fixed_sweeps(2, 8), "acceleration": along("density.chebyshev_radius", 0.9)}, presets=False)
 
 
 def conduction(quick):

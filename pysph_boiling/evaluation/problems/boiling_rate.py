@@ -30,7 +30,7 @@ class BoilingRate(Problem):
     superheat: float = 60.0  # K, of the base
     subcooling: float = 2.0  # K, of the feed
     spacing: float = 0.002  # m
-    acceleration: float = 1000.0
+    time_scaling: float = 1000.0
     duration: float = 8.0  # s
     begin: float = 5.0  # s
     seed: int = 1
@@ -39,7 +39,7 @@ class BoilingRate(Problem):
         scene, stepper = from_scene(
             SteadyBoiling, ledger=True, dim=2, duration=self.duration, seed=self.seed, spacing=self.spacing,
             width=self.width, fill=self.fill, sites=self.sites, heated=self.heated, subcooling=self.subcooling,
-            acceleration=self.acceleration, superheat=self.superheat)
+            time_scaling=self.time_scaling, superheat=self.superheat)
         steps = round(self.duration / stepper.dt)
         stepper.step(steps)
         table, scheme = scene.ledger.table(), scene.scheme
@@ -61,7 +61,7 @@ class BoilingRate(Problem):
             curves={"t [s]": table["t"], "made [-]": table["n_nucleated"] - table["n_condensed"],
                     "paid for [-]": table["energy_heater"] / price, "vapour [-]": table["n_vapour"]},
             facts={"made": float(made), "paid": float(paid), "condensed": float(change("n_condensed")),
-                   "flux": float(change("energy_heater") / (span * area * self.acceleration)),
+                   "flux": float(change("energy_heater") / (span * area * self.time_scaling)),
                    "vapour": float(table["n_vapour"][late].mean()), "T_mean": float(table["T_mean"][late].mean()),
                    "superheated": float(table["n_superheated"][late].mean()),
                    "vented": float(change("n_bubbles_vented") / span),

@@ -19,8 +19,8 @@ class BubbleAtRest(Problem):
     """The scene of :mod:`pysph_boiling.examples.bubble_rise` without buoyancy, heat standing still.
 
     The bubble has a radius of ``radius`` spacings in a tank ``cells`` spacings wide and high; ``strength`` is that of
-    the cohesion [g], the scheme's own if not given; ``share`` the time step over t* = sqrt(spacing/g). Water settles
-    for ``settle`` t*, then the bubble is put into it and watched for ``duration`` t*.
+    the cohesion [g], the scheme's own if not given; ``dt_factor`` the time step over t* = sqrt(spacing/g). Water
+    settles for ``settle`` t*, then the bubble is put into it and watched for ``duration`` t*.
 
     Errors: ``speed``, root mean square of all particles over the last fifth, over sqrt(g spacing); ``torn``, share of
     the vapour outside its largest piece in the end.
@@ -33,7 +33,7 @@ class BubbleAtRest(Problem):
     cells: int = 24
     radius: float = 3.6
     strength: float | None = None
-    share: float = 0.07
+    dt_factor: float = 0.07
     density: DensityConstraint = field(default_factory=DensityConstraint)
     settle: float = 15.0
     duration: float = 60.0
@@ -44,15 +44,15 @@ class BubbleAtRest(Problem):
         p = BubbleRiseParameters(dim=self.dim, spacing=self.spacing, width=self.cells, fill=self.cells, superheat=0.0)
         unit = math.sqrt(self.spacing / 9.81)
         scheme, fluid, stepper = still_water(
-            p, share=self.share, settle=self.settle * unit, density=self.density, buoyancy=Buoyancy(k_bubble=0.0),
-            tension=Cohesion(strength=self.strength))
+            p, dt_factor=self.dt_factor, settle=self.settle * unit, density=self.density,
+            buoyancy=Buoyancy(k_bubble=0.0), tension=Cohesion(strength=self.strength))
         place = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :self.dim] / self.spacing - 0.5 * self.cells
         inside = np.linalg.norm(place, axis=1) < self.radius
         blow(fluid, inside)
-        t, speed, every = [], [], math.ceil(self.duration / self.SAMPLES / self.share)
+        t, speed, every = [], [], math.ceil(self.duration / self.SAMPLES / self.dt_factor)
         for sample in range(1, self.SAMPLES + 1):
             stepper.step(every)
-            t.append(sample * every * self.share)
+            t.append(sample * every * self.dt_factor)
             speed.append(math.sqrt(np.mean(fluid.u**2 + fluid.v**2 + fluid.w**2)) * unit / self.spacing)
         pieces = [shape.n for shape in shapes(fluid, self.dim, scheme.rho0)]
         return Outcome(

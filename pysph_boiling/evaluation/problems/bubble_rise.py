@@ -18,13 +18,13 @@ from pysph_boiling.schemes.effects import DensityConstraint, HeatConduction
 __all__ = ["BubbleRise", "blow", "still_water"]
 
 STILL = dict(burst=None, condensation=None, pooling=None, expansion=None, oscillation=None, venting=None,
-             heat=HeatConduction(acceleration=1e-9))  # so that the bubble only rises
+             heat=HeatConduction(time_scaling=1e-9))  # so that the bubble only rises
 
 
-def still_water(p, *, share, settle, kernel="CubicSpline", hdx=1.2, **effects):
+def still_water(p, *, dt_factor, settle, kernel="CubicSpline", hdx=1.2, **effects):
     """The scene with parameters ``p``, heat standing still, after ``settle`` [s]: (scheme, fluid, stepper).
 
-    ``share`` is the time step over t*; ``effects`` (slot -> effect) take the place of the scene's own.
+    ``dt_factor`` is the time step over t*; ``effects`` (slot -> effect) take the place of the scene's own.
     """
     scene = Scene()
     scheme = scene.make_scheme(p)
@@ -33,7 +33,7 @@ def still_water(p, *, share, settle, kernel="CubicSpline", hdx=1.2, **effects):
     arrays = scene.make_particles(p, scheme)
     scheme.setup_properties(arrays)
     scheme.set_temperature(arrays[0], WATER_1ATM.T_sat - 1.0)
-    stepper = Stepper(scheme, arrays, dt=scheme.time_step(share))
+    stepper = Stepper(scheme, arrays, dt=scheme.time_step(dt_factor))
     stepper.step(math.ceil(settle / stepper.dt))
     return scheme, arrays[0], stepper
 
@@ -47,10 +47,10 @@ def blow(fluid, inside):
 class BubbleRise(Problem):
     """The flat scene of :mod:`pysph_boiling.examples.bubble_rise` with heat standing still, several starts.
 
-    ``diameter`` [m] of the bubble, of ``cells`` particles; ``share`` is the time step over t* = sqrt(spacing/g); the
-    water settles for ``settle`` sqrt(diameter/g) before the bubble is put into it. Each of ``starts`` runs begins with
-    another disturbance of the lattice, drawn from ``seed`` and following ones. The speed is that between 2.5 and 5.5
-    diameters above the base.
+    ``diameter`` [m] of the bubble, of ``cells`` particles; ``dt_factor`` is the time step over t* = sqrt(spacing/g);
+    the water settles for ``settle`` sqrt(diameter/g) before the bubble is put into it. Each of ``starts`` runs begins
+    with another disturbance of the lattice, drawn from ``seed`` and following ones. The speed is that between 2.5 and
+    5.5 diameters above the base.
 
     Errors: ``shredded``, the largest share of the vapour outside its largest piece; ``unsteady``, relative difference
     of the speeds in the two halves of the way. Facts: ``speed`` over sqrt(g diameter), mean of the starts, its range
@@ -61,7 +61,7 @@ class BubbleRise(Problem):
     reference: ClassVar[str] = "speed with the smallest time step, the most sweeps"
     diameter: float = 0.012
     cells: float = 6.0
-    share: float = 0.07
+    dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
@@ -94,7 +94,7 @@ class BubbleRise(Problem):
                                  fill=round(self.FILL * self.cells), diameter=self.cells,
                                  height=self.START * self.cells, superheat=0.0, seed=seed)
         unit = math.sqrt(self.diameter / 9.81)
-        scheme, fluid, stepper = still_water(p, share=self.share, settle=self.settle * unit, kernel=self.kernel,
+        scheme, fluid, stepper = still_water(p, dt_factor=self.dt_factor, settle=self.settle * unit, kernel=self.kernel,
                                              hdx=self.hdx, density=self.density)
 
         x, y = fluid.x / spacing - 0.5 * p.width, fluid.y / spacing - p.height

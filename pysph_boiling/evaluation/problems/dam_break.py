@@ -25,7 +25,7 @@ class Recorded(Scene):
 class DamBreak(Problem):
     """A column of width a = ``width`` [m] and height 2 a collapses; its front X/a over t sqrt(g/H).
 
-    ``layers`` particles across the width; ``share`` is the time step over t* = sqrt(spacing/g).
+    ``layers`` particles across the width; ``dt_factor`` is the time step over t* = sqrt(spacing/g).
 
     Errors: ``front``, the largest relative distance from the range of the experiments; ``density_mean`` and
     ``density_max``, mean over time of the mean, and the largest positive density error before the last sweep. Facts:
@@ -38,7 +38,7 @@ class DamBreak(Problem):
     width: float = 0.5
     layers: int = 20
     duration: float = 0.8
-    share: float = 0.07
+    dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
@@ -52,7 +52,7 @@ class DamBreak(Problem):
         scheme.set_effects(density=self.density)
         fluid, wall = scene.make_particles(p, scheme)
         scheme.setup_properties([fluid, wall])
-        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.share))
+        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor))
 
         every = max(1, round(p.frame / stepper.dt))
         times, fronts, sweeps, mean, worst = [0.0], [float(fluid.x.max())], [], [], []

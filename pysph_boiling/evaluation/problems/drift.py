@@ -24,7 +24,7 @@ class SloshingTank(Problem):
     """Water at rest in a closed flat tank is set in motion as in its lowest standing wave, without viscosity.
 
     ``length`` [m] of the tank, of ``cells`` particles; ``depth`` [m]; ``surface`` is the largest speed of the surface
-    over sqrt(g depth); ``share`` the time step over t* = sqrt(spacing/g). The water settles for ``settle``
+    over sqrt(g depth); ``dt_factor`` the time step over t* = sqrt(spacing/g). The water settles for ``settle``
     sqrt(depth/g) before, then it is watched for ``periods`` of the wave.
 
     Errors, over the kinetic energy that it was given: ``gain``, the largest excess of kinetic and potential energy
@@ -38,7 +38,7 @@ class SloshingTank(Problem):
     depth: float = 0.5
     cells: int = 40
     surface: float = 0.25
-    share: float = 0.07
+    dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
@@ -57,7 +57,7 @@ class SloshingTank(Problem):
         fluid = fluid_block(lower, (self.length, self.depth, 0.0), **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
         scheme.setup_properties([fluid, wall])
-        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.share))
+        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor))
         stepper.step(math.ceil(self.settle * math.sqrt(self.depth / GRAVITY) / stepper.dt))
 
         k = math.pi / self.length

@@ -55,7 +55,7 @@ def nearest(fluid, spacing):
 class HydrostaticColumn(Problem):
     """A lattice let go at once: the walls push it off, it sloshes and comes to rest.
 
-    ``height`` [m] and ``width`` [m] of the column, of ``layers`` particles; ``share`` is the time step over
+    ``height`` [m] and ``width`` [m] of the column, of ``layers`` particles; ``dt_factor`` is the time step over
     t* = sqrt(spacing/g); the column settles for ``settle`` and is then looked at for ``watch``, both in sqrt(height/g).
     Errors: ``density_mean`` mean positive density error and ``density_max`` the largest, of the positions that steps
     end with; ``level`` relative, positive where the water stands too high; ``speed`` root mean square over
@@ -70,7 +70,7 @@ class HydrostaticColumn(Problem):
     height: float = 1.0
     width: float = 1.0
     layers: int = 20
-    share: float = 0.07
+    dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
@@ -90,7 +90,7 @@ class HydrostaticColumn(Problem):
         fluid = fluid_block(lower, (*size, self.height), **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
         scheme.setup_properties([fluid, wall])
-        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.share))
+        stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor))
 
         unit = math.sqrt(self.height / 9.81)
         stepper.step(math.ceil(self.settle * unit / stepper.dt))

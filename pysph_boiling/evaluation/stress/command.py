@@ -160,8 +160,8 @@ sensible; what fails is left in the table with its reason. Kinetic plus potentia
 told for cases in which nothing but gravity does work. *H* is the height of the highest particle over the floor of the
 container at the start, *U* the fastest speed at the start. Safeguards are reported when they act: steps that were
 split, the displacement limiter of a sweep, the container that projects back, steps that end with a mean density error
-above `density.most_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of them
-does: [model.md](model.md), "What keeps it stable".
+above `density.max_mean_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of
+them does: [model.md](model.md), "What keeps it stable".
 
 {counts}
 

@@ -44,7 +44,7 @@ def contrast(dim):
 def quench(dim):
     """A bubble 300 K above saturation in water at 0 degrees; it does not rise, and heat runs 20 times faster still."""
     middle = (6.0, 4.0) if dim == 2 else (4.0, 4.0, 4.0)
-    effects = {"heater": None, "buoyancy": Buoyancy(k_bubble=0.0), "heat": HeatConduction(acceleration=16e3)}
+    effects = {"heater": None, "buoyancy": Buoyancy(k_bubble=0.0), "heat": HeatConduction(time_scaling=16e3)}
     return pool(dim, effects, vapour=ball(middle, 2.0), e_vapour=WATER.L + 300.0 * WATER.c_v,
                 temperature=273.15)
 
@@ -70,7 +70,7 @@ def latent(dim, L):
 
 def delivered(run):
     """What the heater gives is flux times area times time, whatever the flux."""
-    flux = run.scene.effects["heater"].flux * run.scene.effects["heat"].acceleration
+    flux = run.scene.effects["heater"].flux * run.scene.effects["heat"].time_scaling
     area = np.sum(run.setup.arrays[1].heated) * run.scene.spacing ** (run.scene.dim - 1)
     given = run.last("energy_heater") + run.last("energy_undelivered")
     if not abs(given / (flux * area * run.steps * run.dt) - 1.0) <= 1e-9:

@@ -37,7 +37,7 @@ DX, T_SAT, L = 0.004, WATER_1ATM.T_sat, WATER_1ATM.L
 
 MOTION = dict(viscosity=XSPHViscosity(wall=1.0))
 BOIL = dict(
-    viscosity=XSPHViscosity(), heat=HeatConduction(acceleration=800.0), heater=Heater(temperature=T_SAT + 60.0),
+    viscosity=XSPHViscosity(), heat=HeatConduction(time_scaling=800.0), heater=Heater(temperature=T_SAT + 60.0),
     phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
     pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
     venting=Venting())

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pysph_boiling.device import counted, values
-from pysph_boiling.names import nearest
+from pysph_boiling.names import check_renamed, nearest
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
@@ -212,6 +212,10 @@ class Effect:
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
     given: ClassVar[tuple[str, ...]] = ()  # constants that hold parameters: a run that goes on has those asked for now
 
+    def __new__(cls, **given):
+        check_renamed(cls.slot, given, [spec.name for spec in dataclasses.fields(cls)])
+        return super().__new__(cls)
+
     @property
     def removes_particles(self):
         """Whether particles leave the arrays, so that what they summed up must be carried on."""
@@ -232,6 +236,7 @@ class Effect:
     def replaced(self, **changes):
         """A copy with some parameters changed."""
         known = [spec.name for spec in dataclasses.fields(self)]
+        check_renamed(self.slot, changes, known)
         for name in changes:
             if name not in known:
                 raise ValueError(f"{self.title} has no parameter {name}{nearest(name, known)}")

@@ -39,13 +39,13 @@ class HeatConduction(Effect):
     title: ClassVar[str] = "heat conduction"
     called_for: ClassVar[Rule] = Rule(heat_called_for, "{}", "no heater, and uniform, not above saturation")
     laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
-    acceleration: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
+    time_scaling: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
     enhancement: float = param(1.0, "-", "E: conductivity alone, for the convection that is not resolved", above=0.0)
-    subcycle_share: float = param(0.1, "-", "largest change of e in one heat step, in units of L", above=0.0)
+    max_enthalpy_change: float = param(0.1, "-", "largest change of e in one heat step, in units of L", above=0.0)
 
     def conductivity(self, k):
         """Effective conductivity [W/(m K)]."""
-        return k * self.acceleration * self.enhancement
+        return k * self.time_scaling * self.enhancement
 
     def k_wet(self, material):
         """Effective conductivity that tells liquid from vapour [W/(m K)]: the geometric mean of the two."""
@@ -176,7 +176,7 @@ class Heater(Effect):
             heated = sum(np.count_nonzero(arrays[name].heated) for name in scene.solids)
             area = heated * scene.spacing ** (scene.dim - 1)
             for name in scene.fluids:
-                arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].acceleration
+                arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].time_scaling
 
     def flows(self, scene):
         return (Flow("energy_heater", +1, prop="q_heater"),)
@@ -240,7 +240,7 @@ class HeatSource(Effect):
 
     def terms(self, scene, fluid):
         yield Term("heat.exchange", heat.HeatSource(
-            fluid, None, density=self.density * scene.effects["heat"].acceleration, rho0=scene.rho0))
+            fluid, None, density=self.density * scene.effects["heat"].time_scaling, rho0=scene.rho0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +294,7 @@ class AmbientLoss(Effect):
         boils = "phases" in scene.effects and above > 0.0
         yield Term("heat.exchange", heat.HeatAmbientLoss(
             fluid, list(scene.fluids),
-            coefficient=self.coefficient * conduction.acceleration, T_ambient=self.T_ambient, rho0=scene.rho0,
+            coefficient=self.coefficient * conduction.time_scaling, T_ambient=self.T_ambient, rho0=scene.rho0,
             threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=material.c_l,
             c_dry=material.c_v, k_wet=conduction.k_wet(material) if "phases" in scene.effects else 0.0,
             **(dict(e_hot=material.L + material.c_v * above) if boils else {})))

@@ -27,7 +27,7 @@ class Sweeps(Tool):
 
     def post_step(self, solver):
         for pa in self.scheme.arrays:
-            if float(pa.density_error[0]) > self.effect.most:
+            if float(pa.density_error[0]) > self.effect.error_limit:
                 pa.unconverged[0] += 1.0
 
 
@@ -45,20 +45,20 @@ class DensityConstraint(Effect):
                              low=0.0, may_change=True)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
-    longest: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
-    acceleration: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
-                                low=0.0, high=0.999)
-    delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
+    max_displacement: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
+    chebyshev_radius: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
+                                    low=0.0, high=0.999)
+    chebyshev_delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
     settle: int = param(50, "-", "passes before the first step, at most, that set what starts too close apart "
                         "without a velocity; 0 leaves the start as it is", low=0)
     courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0,
                            may_change=True)
     longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|); so is one in which "
                                 "viscosity and drag would make velocities overshoot", above=0.0, may_change=True)
-    shortest: float = param(0.017, "t*", "in a shorter step a density error that was there before it becomes no "
-                            "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
-    most_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
-                              "maximum, to ten times as many", above=0.0, may_change=True)
+    short_step: float = param(0.017, "t*", "in a shorter step a density error that was there before it becomes no "
+                              "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
+    max_mean_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
+                                  "maximum, to ten times as many", above=0.0, may_change=True)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
                         "moved half of it", low=0.0, high=1.0)
 
@@ -68,9 +68,9 @@ class DensityConstraint(Effect):
             raise ValueError(f"density.min_sweeps = {self.min_sweeps} is above density.max_sweeps = {self.max_sweeps}")
 
     @property
-    def most(self):
+    def error_limit(self):
         """Mean positive density error that a step must not end with [-]."""
-        return max(self.most_error, self.tolerance)
+        return max(self.max_mean_error, self.tolerance)
 
     def properties(self, scene):
         return (
@@ -95,7 +95,7 @@ class DensityConstraint(Effect):
             Property("qx", "m", "displacement of the last sweep"),
             Property("qy", "m", "displacement of the last sweep"),
             Property("qz", "m", "displacement of the last sweep"),
-        ) if self.acceleration else ()) + ((
+        ) if self.chebyshev_radius else ()) + ((
             Property("place", "-", "index at the last neighbour search", "int", True),
             Property("listed_x", "m", "position at the last neighbour search", state=True),
             Property("listed_y", "m", "position at the last neighbour search", state=True),
@@ -103,7 +103,7 @@ class DensityConstraint(Effect):
         ) if self.skin else ())
 
     def constants(self, scene):
-        accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.acceleration else {}
+        accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.chebyshev_radius else {}
         return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
                 "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
                     {"listed": -1.0} if self.skin else {})
@@ -143,7 +143,8 @@ class DensityConstraint(Effect):
                    lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
             Column("density_error_max", "-", "largest positive density error before the last sweep",
                    lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
-            Column("n_unconverged", "-", "steps since the start that ended with a mean density error above most_error",
+            Column("n_unconverged", "-",
+                   "steps since the start that ended with a mean density error above max_mean_error",
                    lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
             Column("substeps", "-", "steps into which the last step was split",
                    lambda arrays, scene: max(float(pa.substeps[0]) for pa in arrays)),
@@ -158,7 +159,7 @@ class DensityConstraint(Effect):
         Errors: ``ValueError`` where every step of ``dt`` would be split into more parts than a step may have.
         """
         fall = scene.fall_time
-        shortest = self.shortest * (fall if scene.g else dt / STANDARD)
+        short_step = self.short_step * (fall if scene.g else dt / STANDARD)
         rates = {slot: effect.rate_of_velocity(scene) for slot, effect in scene.effects.items()}
         longest, rate = self.longest_step * fall, sum(rates.values())
         if rate > 0.0:
@@ -170,7 +171,7 @@ class DensityConstraint(Effect):
                 cause = f"the effect '{slot}' evens out velocities at {rates[slot]:.3g} 1/s: lower its rate"
             raise ValueError(f"each step of {dt:.3g} s would be split into {dt / longest:.3g} parts, more than "
                              f"{MAX_SUBSTEPS}; {cause}, or take shorter steps")
-        return MotionLimits(longest_step=longest, shortest=shortest, tolerance=self.tolerance,
+        return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
@@ -199,10 +200,10 @@ class DensityConstraint(Effect):
                 fluid, walls, rho_rest=rho_rest, kernel=scene.kernel))
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance, sweeps=self.max_sweeps,
-            most=self.most))
-        move = dict(omega=self.omega, longest=self.longest * scene.spacing)
+            max_mean_error=self.error_limit))
+        move = dict(omega=self.omega, max_displacement=self.max_displacement * scene.spacing)
         yield Term("density.move", density_constraint.PBFMoveAccelerated(
-            fluid, None, radius=self.acceleration, delay=self.delay, **move) if self.acceleration
+            fluid, None, radius=self.chebyshev_radius, delay=self.chebyshev_delay, **move) if self.chebyshev_radius
             else density_constraint.PBFMove(fluid, None, **move))
         gx, gy, gz = scene.gravity
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))

@@ -26,13 +26,14 @@ class Venting(Effect):
     called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles reach the surface", "no gravity")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
-    share: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are free",
-                         above=0.0, high=1.0)
-    steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
+    free_fraction: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are "
+                                 "free", above=0.0, high=1.0)
+    free_steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0,
                           may_change=True, temperature=True)
-    cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
-    lowest: float = param(0.3, "-", "what lies lower above a particle does not cover it, in spacings", low=0.0)
+    cone_cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
+    min_cover_height: float = param(0.3, "-", "what lies lower above a particle does not cover it, in spacings",
+                                    low=0.0)
 
     @property
     def removes_particles(self):
@@ -65,7 +66,8 @@ class Venting(Effect):
 
     def terms(self, scene, fluid):
         ux, uy, uz = scene.up
-        cone = dict(ux=ux, uy=uy, uz=uz, cosine=self.cosine, lowest=self.lowest * scene.spacing)
+        cone = dict(ux=ux, uy=uy, uz=uz, cone_cosine=self.cone_cosine,
+                    min_cover_height=self.min_cover_height * scene.spacing)
         yield Term("bubbles.film", venting.VentingFilm(fluid, list(scene.fluids), **cone))
         yield Term("bubbles.free", venting.VentingFree(fluid, list(scene.fluids), **cone))
         gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
@@ -78,11 +80,11 @@ class Venting(Effect):
 class VentingTool(Tool):
     """Vents whole bubbles after the step, and books their mass and enthalpy.
 
-    A bubble leaves once enough of its particles have been free for ``steps`` steps. What is free is the top of it, so
-    ``share`` is in units of N^(1 - 1/dim), not of N: a bubble of 160 had 6 free ones when it had left the water. Mode
-    ``"lid"`` returns its particles, where they are and at rest, as liquid at ``T_feed``; the difference of enthalpy has
-    left through the lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts) is carried
-    on as a constant.
+    A bubble leaves once enough of its particles have been free for ``free_steps`` steps. What is free is the top of it,
+    so ``free_fraction`` is in units of N^(1 - 1/dim), not of N: a bubble of 160 had 6 free ones when it had left the
+    water. Mode ``"lid"`` returns its particles, where they are and at rest, as liquid at ``T_feed``; the difference of
+    enthalpy has left through the lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts)
+    is carried on as a constant.
     """
 
     def __init__(self, effect, scheme):
@@ -94,7 +96,7 @@ class VentingTool(Tool):
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
-        if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.steps for pa in arrays)):
+        if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.free_steps for pa in arrays)):
             return
         bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR.value))
                    for pa in arrays]
@@ -104,9 +106,9 @@ class VentingTool(Tool):
         index = place[index]
         size = ranks.total(np.bincount(index, minlength=len(names)))
         free = np.concatenate([part.get("free") for part in bubbles])
-        released = ranks.total(np.bincount(index, weights=free >= self.effect.steps, minlength=len(names)))
+        released = ranks.total(np.bincount(index, weights=free >= self.effect.free_steps, minlength=len(names)))
         surface = size ** (1.0 - 1.0 / self.scheme.dim)
-        leaving = (released > 0) & (released >= self.effect.share * surface)
+        leaving = (released > 0) & (released >= self.effect.free_fraction * surface)
         if not leaving.any():
             return
         sizes = size[leaving]

@@ -9,7 +9,7 @@ from pysph_boiling.schemes.effects import DensityConstraint
 
 def run(quick):
     starts = 1 if quick else 3
-    made = {"default": BubbleRise(starts=starts), "half the step": BubbleRise(starts=starts, share=0.035)}
+    made = {"default": BubbleRise(starts=starts), "half the step": BubbleRise(starts=starts, dt_factor=0.035)}
     if not quick:
         for sweeps in (4, 8):
             made[f"{sweeps} sweeps"] = BubbleRise(starts=starts, density=DensityConstraint(

@@ -1,0 +1,94 @@
+"""Names that were changed: who gives an old one is told the new one, on the command line, in Python, at a restart."""
+import dataclasses
+import json
+
+import pytest
+
+from pysph_boiling.cli import main
+from pysph_boiling.examples import scene_class, scenes
+from pysph_boiling.names import RENAMED, check_renamed, current_name, former_names
+from pysph_boiling.runs.application import SceneApplication
+from pysph_boiling.runs.resume import compare, settings, with_units
+from pysph_boiling.schemes.boiling import BoilingScheme
+from pysph_boiling.schemes.effects import EFFECTS
+
+SCENES = {name: scene_class(name) for name in scenes() if issubclass(scene_class(name), SceneApplication)}
+
+
+def fields(cls):
+    return [spec.name for spec in dataclasses.fields(cls)]
+
+
+def carriers(name):
+    """The effects, or the parameters of scenes, that have a parameter ``"slot.name"``."""
+    slot, _, parameter = name.partition(".")
+    found = [one.Parameters for one in SCENES.values()] if slot == "scene" else EFFECTS[slot]
+    return [cls for cls in found if parameter in fields(cls)]
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items())
+def test_every_row_leads_from_no_name_to_one_that_there_is(old, new):
+    assert current_name(old) == new == current_name(new) and old in former_names(new)
+    assert (new in EFFECTS and old not in EFFECTS) if "." not in old else (carriers(new) and not carriers(old))
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items())
+def test_old_name_in_python_is_refused_with_the_new_one(old, new):
+    if "." not in old:
+        with pytest.raises(ValueError, match=f"{old} is called {new} now"):
+            BoilingScheme(["fluid"], [], dim=2, spacing=0.01, **{old: None})
+        return
+    for cls in carriers(new):
+        for make in (cls, getattr(cls, "replaced", None) and cls().replaced):
+            if make:
+                with pytest.raises(ValueError, match=f"^{old} is called {new} now$"):
+                    make(**{old.partition(".")[2]: 1.0})
+
+
+def test_parameter_of_its_own_may_have_an_old_name():
+    check_renamed("density", ["acceleration"], ["acceleration"])
+
+
+def options():
+    """(scene, old option, new option) for every row, and for every parameter of a slot that has another name."""
+    flags = []
+    for slot in EFFECTS:
+        flags += [(f"{form}{old}", f"{form}{slot}", "steady_boiling") for old in former_names(slot)
+                  for form in ("", "no-")]
+        flags += [(old, f"{slot}.{name}", "steady_boiling") for cls in EFFECTS[slot] for name in fields(cls)
+                  for old in former_names(f"{slot}.{name}")]
+    for scene, cls in SCENES.items():
+        flags += [(old.removeprefix("scene."), name, scene) for name in fields(cls.Parameters)
+                  for old in former_names(f"scene.{name}")]
+    return [(scene, *(f"--{name.replace('_', '-')}" for name in (old, new))) for old, new, scene in flags]
+
+
+@pytest.mark.parametrize(("scene", "old", "new"), options())
+def test_old_option_is_refused_with_the_new_one(scene, old, new, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", scene, old, "1"]) == 2
+    assert capsys.readouterr().err == f"pysph-boiling: {old} is called {new} now\n"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_record_with_old_names_is_compared_under_the_new_ones(scene):
+    def old(name):
+        return next(iter(former_names(name)), name)
+
+    def parameters(slot, instance):
+        return {old(f"{slot}.{name}").partition(".")[2]: row for name, row in with_units(instance).items()}
+
+    application = SCENES[scene]()
+    application.resolve([])
+    record = json.loads(json.dumps({
+        "scene": application.scene_name(), "arguments": [],
+        **{name: setting.value for name, setting in settings(application)[1].items()},
+        "parameters": parameters("scene", application.parameters),
+        "effects": {old(slot): {"class": type(effect).__name__, **parameters(slot, effect)}
+                    for slot, effect in application.scheme.effects.items()}}))
+    assert compare(application, record, 1.0) == []
+    if "density" in record["effects"]:
+        record["effects"]["density"]["longest"]["value"] = 0.1
+        with pytest.raises(ValueError, match=r"--density.max-displacement \(it was 0.1, and would become 0.5\)"):
+            compare(application, record, 1.0)
