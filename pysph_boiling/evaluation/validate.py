@@ -16,19 +16,17 @@ import os
 import platform
 import re
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
 from pysph_boiling import __version__
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.names import unknown, whole_number
+from pysph_boiling.names import unknown
 from pysph_boiling.report import markdown
 from pysph_boiling.runs.application import processor
+from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
-from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
 
@@ -249,7 +247,7 @@ def validate(arguments):
     for name in options.case:
         if name not in known:
             raise unknown("case", name, known)
-    whole_number("--jobs", options.jobs, low=1)
+    check_count(options.jobs)
     if options.list:
         table = Table("case", "title", "rows")
         for name, folder in known.items():
@@ -259,15 +257,18 @@ def validate(arguments):
     root = Path(options.directory or ("validate" if options.quick else FOLDER.parents[1] / "docs"))
     (root / "images").mkdir(parents=True, exist_ok=True)
     names = list(dict.fromkeys(options.case or known))
-    asked = [(known[name], options.quick, root / "images" / f"validation_{name}.png") for name in names]
     records = {} if options.quick else stored(root / "validation.json")
-    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn"),
-                             initializer=end_on_interrupt) as pool:
-        for name, (own, seconds) in zip(names, (pool.map if options.jobs > 1 else map)(timed, *zip(*asked))):
-            records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
-            write_json(root / "validation.json", {case: {**one, "rows": [asdict(row) for row in one["rows"]]}
-                                                  for case, one in sorted(records.items())})
-            console.print(f"{name}: {seconds:.0f} s of processor time", highlight=False)
+
+    def ended(outcome):
+        own, seconds = outcome.result()
+        name = outcome.job.name
+        records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
+        write_json(root / "validation.json", {case: {**one, "rows": [asdict(row) for row in one["rows"]]}
+                                              for case, one in sorted(records.items())})
+        console.print(f"{name}: {seconds:.0f} s of processor time", highlight=False)
+
+    run_jobs([Job(name=name, call=(timed, known[name], options.quick, root / "images" / f"validation_{name}.png"))
+              for name in names], options.jobs, ended=ended)
     path = root / "validation.md"
     path.write_text(page(records, root, quick=options.quick), encoding="utf-8")
 

@@ -145,7 +145,7 @@ def test_failure_is_reported_once_the_others_are_done(root):
         perform([Run("bad", "fails"), Run("good", "works"), Run("worse", "fails")], root, jobs=1, report=told.append)
     assert str(root) in str(raised.value)
     assert names(root) == ["good"] and "it broke" in (root / "bad" / "console.txt").read_text()
-    assert any(line.startswith("bad: failed after") for line in told)
+    assert any(line.startswith("bad: failed (the process ended with exit status 3) after") for line in told)
     with pytest.raises(ChildProcessError):  # a failed run is not taken for a finished one
         perform([Run("bad", "fails")], root, report=str)
 
@@ -209,31 +209,32 @@ def test_a_timed_run_has_the_machine_to_itself(root):
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
+with pytest.MonkeyPatch.context() as kept:
+    kept.setattr("pysph_boiling.evaluation.reproduce.figure.FIGURES", dict(FIGURES))
+
+    class Plain(Figure):
+        key, title = "table9", "nothing to run"
+
+        def make(self, results, folder, quick):
+            assert results == {}
+            return self.section(tables=[Table(("a",), [["b"]])], statements=[Statement("p", "o", None)])
+
+    class Needy(Figure):
+        key, title = "fig9", "one run"
+
+        def runs(self, quick):
+            return [Run("one", "works", ("--flat",) * quick)]
+
+        def make(self, results, folder, quick):
+            t = results["one"].table["t"]
+            return self.section(data=[write_csv(folder / "t.csv", {"t [s]": t})],
+                                statements=[Statement("two rows", f"{len(t)}", len(t) == 2)])
+
+
 @pytest.fixture
 def two_figures(monkeypatch):
     """Two made-up figures, of which one needs a run, in place of the paper's."""
-    with monkeypatch.context() as patch:
-        patch.setattr("pysph_boiling.evaluation.reproduce.figure.FIGURES", dict(FIGURES))
-
-        class Plain(Figure):
-            key, title = "table9", "nothing to run"
-
-            def make(self, results, folder, quick):
-                assert results == {}
-                return self.section(tables=[Table(("a",), [["b"]])], statements=[Statement("p", "o", None)])
-
-        class Needy(Figure):
-            key, title = "fig9", "one run"
-
-            def runs(self, quick):
-                return [Run("one", "works", ("--flat",) * quick)]
-
-            def make(self, results, folder, quick):
-                t = results["one"].table["t"]
-                return self.section(data=[write_csv(folder / "t.csv", {"t [s]": t})],
-                                    statements=[Statement("two rows", f"{len(t)}", len(t) == 2)])
-
-        made = {"fig9": Needy, "table9": Plain}
+    made = {"fig9": Needy, "table9": Plain}
     monkeypatch.setattr(command, "figures", lambda: made)
     assert not set(made.values()) & set(FIGURES.values())
     return made

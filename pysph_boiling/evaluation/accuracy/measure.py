@@ -2,12 +2,12 @@
 import hashlib
 import json
 import math
-import multiprocessing
 import os
 from functools import cache
 from pathlib import Path
 
 import pysph_boiling
+from pysph_boiling.runs.jobs import Job, run_job
 from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["Points", "digest", "measure"]
@@ -24,34 +24,21 @@ def digest():
     return found.hexdigest()[:12]
 
 
-def perform(problem, threads, end):
-    """Run and send what came of it; the body of the process."""
+def perform(problem, threads):
+    """Run a problem; returns what its point keeps. This is what a process of its own does."""
     from pysph.base.nnps_base import set_number_of_threads
 
     set_number_of_threads(threads)
-    try:
-        found = problem.run()
-        end.send(dict(errors=found.errors, facts=found.facts, seconds=found.seconds, simulated=found.simulated,
-                      steps=found.steps, particles=found.particles))
-    except Exception as error:  # whatever it is, the point failed and the page says why
-        end.send(dict(failed=f"{type(error).__name__}: {error}"))
+    found = problem.run()
+    return dict(errors=found.errors, facts=found.facts, seconds=found.seconds, simulated=found.simulated,
+                steps=found.steps, particles=found.particles)
 
 
 def measure(problem, threads=1):
     """Outcome of a run as a dictionary, with the load of the machine before it; ``failed`` says why there is none."""
-    context = multiprocessing.get_context("spawn")  # in a fork of a process that has used threads, OpenMP hangs
-    ours, theirs = context.Pipe(duplex=False)
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
-    process = context.Process(target=perform, args=(problem, threads, theirs))
-    process.start()
-    theirs.close()
-    try:
-        found = ours.recv()
-    except EOFError:
-        process.join()
-        found = dict(failed=f"the process ended with exit status {process.exitcode}")
-    process.join()
-    return {**found, "load": load}
+    outcome = run_job(Job(name=problem.title, call=(perform, problem, threads)))
+    return {**(dict(failed=outcome.failure) if outcome.failure else outcome.value), "load": load}
 
 
 class Points:

@@ -1,9 +1,6 @@
 """The command ``pysph-boiling reproduce``."""
 import argparse
 import os
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 from pysph_boiling.evaluation.reproduce.figure import figures
@@ -13,15 +10,15 @@ from pysph_boiling.names import unknown
 from pysph_boiling.report.markdown_page import take_up, write_report
 from pysph_boiling.report.page import origin, write_page
 from pysph_boiling.report.sections import Section
+from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
-from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["reproduce"]
 
 
-def make(key, results, root, quick):
+def make(figure, results, root, quick):
     """Draw and measure one figure into its folder; returns a line that sums it up."""
-    figure, folder = figures()[key](), root / key
+    folder = root / figure.key
     folder.mkdir(exist_ok=True)
     own = figure.runs(quick)
     section = figure.make({run.name: results[run.name] for run in own}, folder, quick)
@@ -29,7 +26,7 @@ def make(key, results, root, quick):
     section.origins = [origin(results[run.name].record) for run in own]
     section.save(folder)
     told = [statement.agrees for statement in section.statements]
-    return f"{key}: {section.title}: {told.count(True)} of {len(told)} statements agree"
+    return f"{figure.key}: {section.title}: {told.count(True)} of {len(told)} statements agree"
 
 
 def reproduce(arguments):
@@ -46,7 +43,8 @@ def reproduce(arguments):
                         help=f"which ones, all if none is named: {', '.join(known)}")
     parser.add_argument("--quick", action="store_true", help="small scenes, minutes instead of hours")
     parser.add_argument("--directory", default=None, help="output folder; default reproduce, reproduce_quick")
-    parser.add_argument("--jobs", type=int, default=None, help="runs side by side; default one per core")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1,
+                        help="runs side by side; default one per core")
     parser.add_argument("--list", action="store_true", help="print the runs and stop")
     parser.add_argument("--report", metavar="FILE.md", help="write the asked figures into this report in Markdown too")
     parser.add_argument("--json", metavar="FILE", help="write the statements and verdicts there")
@@ -54,8 +52,7 @@ def reproduce(arguments):
     for key in options.figure:
         if key not in known:
             raise unknown("figure", key, known)
-    if options.jobs is not None and not 1 <= options.jobs <= (os.cpu_count() or 1):
-        raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
+    check_count(options.jobs)
     if options.report and (options.quick or Path(options.report).suffix != ".md"):
         raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
     console = Console(highlight=False)
@@ -71,13 +68,10 @@ def reproduce(arguments):
     if options.report:
         take_up(options.report, root)
     results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
-    first = [key for key, figure in asked.items() if not figure.reads_others]
-    with ProcessPoolExecutor(options.jobs or os.cpu_count(), mp_context=get_context("fork"),
-                             initializer=end_on_interrupt) as pool:
-        for line in pool.map(partial(make, results=results, root=root, quick=options.quick), first):
-            console.print(line)
-    for key in asked.keys() - set(first):
-        console.print(make(key, results, root, options.quick))
+    for reads_others in (False, True):  # those that read others come last
+        run_jobs([Job(name=key, call=(make, figure, results, root, options.quick)) for key, figure in asked.items()
+                  if figure.reads_others == reads_others],
+                 options.jobs, ended=lambda outcome: console.print(outcome.result()))
     sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
     page = write_page(sections, root, wording=PAPER, quick=options.quick)
     if options.report:

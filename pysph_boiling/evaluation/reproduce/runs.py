@@ -1,17 +1,16 @@
 """Simulations that a figure asks for: started once, kept, continued where they were interrupted."""
 import json
 import os
-import subprocess
 import sys
-import time
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
 from pysph_boiling.examples import scene_class
 from pysph_boiling.files import last_output, output_files
+from pysph_boiling.runs.jobs import Job, run_jobs
 from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.threads import variables
 
@@ -93,22 +92,33 @@ def finished(run, folder):
             and bool(json.loads(record.read_text())["completed"]))
 
 
-def start(run, folder, threads):
-    """Start the run as a process of its own, from its last output if it was interrupted."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    marker, asked = folder / "asked.txt", wanted(run)
-    last = last_output(folder) if marker.exists() and marker.read_text() == asked else None
+def interrupted_at(run, folder):
+    """The last whole output of this very run, which was interrupted; ``None`` if it has to start anew."""
+    marker = Path(folder) / "asked.txt"
+    return last_output(folder) if marker.exists() and marker.read_text() == wanted(run) else None
+
+
+def job(run, folder, threads):
+    """The run as a :class:`~pysph_boiling.runs.jobs.Job`: from its last output if it was interrupted."""
+    last = interrupted_at(run, folder)
     resume = ["--restart-file", last] if last else []
+    return Job(name=run.name, alone=run.alone, environment=variables(threads), log=folder / "console.txt",
+               prepare=partial(prepare, run, folder), command=(
+                   sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
+                   "--directory", str(folder)))
+
+
+def prepare(run, folder):
+    """Make the folder of a run that starts now ready for it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    last = interrupted_at(run, folder)
     if last:
         files = output_files(folder)
         for file in files[files.index(last) + 1:]:  # cut off
             os.remove(file)
-    marker.write_text(asked)
-    with open(folder / "console.txt", "a" if resume else "w") as log:
-        return subprocess.Popen(
-            [sys.executable, "-m", "pysph_boiling", "run", run.scene, *run.options, *resume, "--no-pictures",
-             "--directory", str(folder)], stdout=log, stderr=subprocess.STDOUT, env=variables(threads))
+    else:
+        (folder / "console.txt").unlink(missing_ok=True)
+    (folder / "asked.txt").write_text(wanted(run))
 
 
 def perform(runs, root, *, jobs=None, report=print):
@@ -126,35 +136,29 @@ def perform(runs, root, *, jobs=None, report=print):
                              f"{unique[run.name].command}")
     waiting = [run for run in unique.values() if not finished(run, root / run.name)]
     waiting.sort(key=lambda run: run.alone)  # what is timed comes last, with the machine to itself
-    total, running, failed, compiled = len(waiting), {}, [], set()
+    begun, failed, compiled = [], [], set()
 
-    def compiling():
+    def started(job):
+        run = unique[job.name]
+        begun.append(run)
+        report(f"[{len(begun)}/{len(waiting)}] {run.name}: {run.command}")
+
+    def compiling(running):
         """Whether the first run of some kind is not under way yet: two must not compile the same modules."""
-        return any(build(run) not in compiled for run in running)
+        compiled.update(build(unique[job.name]) for job in running if any((root / job.name).glob("*_[0-9]*.hdf5")))
+        return any(build(unique[job.name]) not in compiled for job in running)
 
-    try:
-        while waiting or running:
-            while waiting and len(running) < (1 if waiting[0].alone else jobs) and not compiling():
-                run = waiting.pop(0)
-                threads = cores if run.alone else max(1, cores // jobs)
-                running[run] = start(run, root / run.name, threads), time.time()
-                report(f"[{total - len(waiting)}/{total}] {run.name}: {run.command}")
-            time.sleep(0.2)
-            for run, (process, begin) in list(running.items()):
-                if process.poll() is not None or any((root / run.name).glob("*_[0-9]*.hdf5")):
-                    compiled.add(build(run))
-                if process.poll() is None:
-                    continue
-                del running[run]
-                if not finished(run, root / run.name):
-                    failed.append(run.name)
-                outcome = "failed" if run.name in failed else "done, but its final check failed" if \
-                    process.returncode else "done"
-                report(f"{run.name}: {outcome} after {time.time() - begin:.0f} s")
-    finally:
-        for process, _ in running.values():
-            process.terminate()
-            process.wait()
+    def ended(outcome):
+        run = unique[outcome.job.name]
+        compiled.add(build(run))
+        said = "done, but its final check failed" if outcome.failure else "done"
+        if not finished(run, root / run.name):
+            failed.append(run.name)
+            said = f"failed ({outcome.failure or 'it is not complete'})"
+        report(f"{run.name}: {said} after {outcome.seconds:.0f} s")
+
+    run_jobs([job(run, root / run.name, cores if run.alone else max(1, cores // jobs)) for run in waiting], jobs,
+             hold=compiling, started=started, ended=ended)
     if failed:
         raise ChildProcessError(f"these runs failed: {', '.join(failed)}; each has its console.txt in {root}")
     return {name: Result(run, root / name) for name, run in unique.items()}

@@ -1,10 +1,7 @@
 """The command ``pysph-boiling stress``: run hard cases, judge them, print one table."""
 import argparse
 import fnmatch
-import multiprocessing
-import os
 from dataclasses import asdict, dataclass
-from multiprocessing.connection import wait
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +12,8 @@ from pysph_boiling.evaluation.stress.cases import all_cases
 from pysph_boiling.evaluation.stress.judge import judge, load_bounds
 from pysph_boiling.names import unknown
 from pysph_boiling.report import markdown
+from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
-from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["Result", "measure", "page", "stress"]
 
@@ -89,50 +86,23 @@ def safeguards(run):
     return ", ".join(told)
 
 
-def perform(name, steps, bounds, pipe):
-    """Run one case in a process of its own and send its row."""
-    end_on_interrupt()
-    try:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    except (ImportError, ValueError):
-        pass
+def perform(name, steps, bounds):
+    """The row of one case, run here. This is what a process of its own does."""
     case = all_cases()[name]
-    pipe.send(measure(case, simulate(case, steps), bounds))
+    return measure(case, simulate(case, steps), bounds)
 
 
 def run_all(asked, bounds, jobs, report):
-    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too.
+    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too."""
+    cases = {case.name: case for case, _ in asked}
 
-    The processes are fresh ones: in a fork of one that has used threads, OpenMP waits for ever.
-    """
-    context = multiprocessing.get_context("spawn")
-    rows, waiting, running = {}, list(asked), {}
-    try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                case, steps = waiting.pop(0)
-                here, there = context.Pipe(duplex=False)
-                process = context.Process(target=perform, args=(case.name, steps, bounds, there))
-                process.start()
-                there.close()
-                running[here] = case, process
-            for pipe in wait(list(running)):
-                case, process = running.pop(pipe)
-                try:
-                    row = pipe.recv()
-                except EOFError:
-                    process.join()
-                    row = Result(case.name, case.hard, verdict="fails",
-                                 reasons=[f"the process died ({process.exitcode})"])
-                process.join()
-                rows[case.name] = row
-                report(row)
-    finally:
-        for _, process in running.values():
-            process.terminate()
-    return [rows[case.name] for case, _ in asked]
+    def row_of(outcome):
+        case = cases[outcome.job.name]
+        return outcome.value or Result(case.name, case.hard, verdict="fails", reasons=[outcome.failure])
+
+    outcomes = run_jobs([Job(name=case.name, call=(perform, case.name, steps, bounds), memory_limit=MEMORY)
+                         for case, steps in asked], jobs, ended=lambda outcome: report(row_of(outcome)))
+    return [row_of(outcome) for outcome in outcomes]
 
 
 COLUMNS = {
@@ -214,8 +184,7 @@ def stress(arguments):
     for pattern in options.case:
         if not fnmatch.filter(known, pattern):
             raise unknown("case", pattern, known)
-    if not 1 <= options.jobs <= (os.cpu_count() or 1):
-        raise ValueError(f"--jobs must be 1 to {os.cpu_count()}, got {options.jobs}")
+    check_count(options.jobs)
     chosen = [case for name, case in known.items()
               if not options.case or any(fnmatch.fnmatch(name, pattern) for pattern in options.case)]
     asked = [(case, case.quick if options.quick else case.steps) for case in chosen if case.quick or not options.quick]
