@@ -6,7 +6,6 @@ prints a table: particles, milliseconds a step, the share of each stage, and the
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pysph_boiling.report import markdown
+from pysph_boiling.runs.jobs import Job, run_job
 
 ROOT = Path(__file__).parents[1]
 SIZES = {"20k": ("28", "26"), "200k": ("60", "56"), "2M": ("130", "120")}  # width and fill in spacings, in 3-D
@@ -31,10 +31,10 @@ def timed(size, steps, backend, precision):
     """A row of the table for one size."""
     width, fill = SIZES[size]
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run(
-            [sys.executable, "-m", "pysph_boiling", "run", "steady_boiling", "--width", width, "--fill", fill,
-             "--max-steps", str(steps), "--results-every", str(steps), "--no-pictures", "-d", folder, f"--{backend}",
-             *precision], check=True)
+        run_job(Job(name=f"{size} particles", command=(
+            sys.executable, "-m", "pysph_boiling", "run", "steady_boiling", "--width", width, "--fill", fill,
+            "--max-steps", str(steps), "--results-every", str(steps), "--no-pictures", "-d", folder, f"--{backend}",
+            *precision))).result()
         record = json.loads((Path(folder) / "run.json").read_text())
         residual = float(np.load(Path(folder) / "results.npz")["energy_residual"][-1])
     stages = {name: value for name, value in record["wall_time"].items() if name != "unit"}
@@ -56,8 +56,9 @@ def main():
     if options.backend == "opencl" and not options.any_device and not cards():
         sys.exit("OpenCL sees no graphics card here (--any-device runs on what there is)")
     if options.backend == "opencl" and not options.no_parity:
-        subprocess.run([sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "compiled")], check=True, cwd=ROOT,
-                       env={**os.environ, "PYSPH_BOILING_BACKEND": "opencl"})
+        run_job(Job(name="the tests of the equations", directory=ROOT, command=(
+            sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "compiled")),
+            environment={**os.environ, "PYSPH_BOILING_BACKEND": "opencl"})).result()
     precision = ("--use-double",) if options.use_double else ()
     print("\n".join(markdown.table(("particles", "ms a step", "stages", "energy residual"), ())))
     for size in options.sizes:

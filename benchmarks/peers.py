@@ -26,6 +26,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pysph_boiling.report import markdown
+from pysph_boiling.runs.jobs import Job, run_job
 from pysph_boiling.threads import variables
 
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"
@@ -144,10 +145,12 @@ class Run:
         environ.pop("PYTHONPATH", None)
         if worker == "ours":
             python, environ["PYTHONPATH"] = sys.executable, str(CODES_FOLDER.parents[1])
-        done = subprocess.run([str(python), str(CODES_FOLDER / f"{worker}.py"), str(path), str(out)],
-                              capture_output=True, text=True, cwd=folder, env=environ)
-        if done.returncode or not out.exists():
-            self.failure = (done.stderr or done.stdout)[-800:] or f"ended with {done.returncode}"
+        log = folder / "log.txt"
+        log.unlink(missing_ok=True)
+        outcome = run_job(Job(name=self.code, directory=folder, environment=environ, log=log, command=(
+            str(python), str(CODES_FOLDER / f"{worker}.py"), str(path), str(out))))
+        if outcome.failure or not out.exists():
+            self.failure = f"{outcome.failure or 'it wrote no result'}: {outcome.output[-800:]}"
             return
         with np.load(out) as data:
             # the first step holds what codes put off until then

@@ -10,7 +10,6 @@ Exits with 1 unless ranks move as many particles as threads, and take at most 0.
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -20,6 +19,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling.runs.jobs import Job, run_job
 from pysph_boiling.threads import variables
 
 FASTER = 0.8
@@ -37,12 +37,10 @@ def run(ranks, threads, steps, spacing):
         root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
         launcher = ["mpirun", *root, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
         openmp = "--openmp" if threads > 1 else "--no-openmp"
-        done = subprocess.run(
-            [*launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
-             str(spacing), "--max-steps", str(steps), "--density.settle", "0", *SILENT, openmp, "-d", folder],
-            env=variables(threads), capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise RuntimeError(f"{ranks} ranks: {done.stderr[-2000:]}")
+        run_job(Job(name=f"{ranks} ranks", environment=variables(threads), command=(
+            *launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
+            str(spacing), "--max-steps", str(steps), "--density.settle", "0", *SILENT, openmp, "-d", folder),
+            log=Path(folder) / "log.txt")).result()
         return json.loads((Path(folder) / "run.json").read_text())
 
 

@@ -13,7 +13,6 @@ Exits with 1 unless the time per particle (fluid and wall) and step is flat with
 import argparse
 import json
 import os
-import subprocess
 import sys
 import warnings
 from time import perf_counter, process_time
@@ -23,6 +22,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pysph_boiling.runs.jobs import Job, run_job
 from pysph_boiling.threads import variables
 
 SIDES, QUICK = (17, 27, 40, 58, 80), (17, 24, 34)  # particles along an edge of the cube
@@ -46,7 +46,8 @@ def rim(side):
 
 
 def measure(side, order, seconds, clock):
-    """One size, in this process: a dictionary of figures. Steps for about ``seconds`` [s] of the clock, three at least.
+    """One size, in this process: a dictionary of figures. Steps for about ``seconds`` [s], three at least, timed by the
+    clock of that name.
     """
     from compyle.config import get_config
 
@@ -57,7 +58,7 @@ def measure(side, order, seconds, clock):
 
     get_config().use_openmp = True
     warnings.simplefilter("ignore")
-    before = resident()
+    before, clock = resident(), CLOCKS[clock]
     width = side * SPACING
     upper = (width, width, rim(side) * SPACING)
     scheme = PBFScheme(["fluid"], ["wall"], dim=3, spacing=SPACING, container=BoxContainer(upper=upper),
@@ -100,11 +101,8 @@ def shuffle(pa):
 
 def run_child(side, order, seconds, clock, threads):
     """:func:`measure` in a process of its own."""
-    done = subprocess.run([sys.executable, __file__, "--child", str(side), order, str(seconds), clock],
-                          env=variables(threads), capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"{side}^3 particles: {done.stderr[-2000:]}")
-    return json.loads(done.stdout.splitlines()[-1])
+    return run_job(Job(name=f"{side}^3 particles", call=(measure, side, order, seconds, clock),
+                       environment=variables(threads))).result()
 
 
 def median(rows):
@@ -124,12 +122,7 @@ def main():
     parser.add_argument("--json", metavar="FILE", help="write the figures there")
     parser.add_argument("--cpu-time", action="store_true", help="for a busy machine: seconds of the processor, and one "
                         "thread alone")
-    parser.add_argument("--child", nargs=4, help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.child:
-        side, order, seconds, clock = options.child
-        print(json.dumps(measure(int(side), order, float(seconds), CLOCKS[clock])))
-        return 0
     console = Console(width=140)
     console.print(machine.load())
     sides, rounds, seconds = (QUICK, 3, 1.0) if options.quick else (SIDES, 3, 4.0)

@@ -11,7 +11,6 @@ Exits with 1 unless every benchmark that ran found what it claims.
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -23,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pysph_boiling.report import markdown
+from pysph_boiling.runs.jobs import Job, run_job
 
 HEAD = ("benchmark", "what", "found")
 
@@ -78,13 +78,13 @@ def run(name, options, folder):
     """Run one benchmark: its rows of the table, and whether all that it claims holds, if its codes are installed."""
     path = Path(folder) / f"{name}.json"
     script = Path(__file__).with_name(f"{name}.py")
-    done = subprocess.run([sys.executable, str(script), "--quick", "--json", str(path), *OPTIONS.get(name, ()),
-                           *options], stderr=subprocess.PIPE, text=True)
+    outcome = run_job(Job(name=name, command=(
+        sys.executable, str(script), "--quick", "--json", str(path), *OPTIONS.get(name, ()), *options)))
     if not path.exists():
-        told = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
-        return [(name, "did not run", told[-1])], done.returncode == peers.NOT_INSTALLED
+        absent = outcome.status == peers.NOT_INSTALLED
+        return [(name, "did not run", "the other codes are not installed" if absent else outcome.failure)], absent
     rows = [(name, what, figure) for what, figure in BENCHMARKS[name](json.loads(path.read_text()))]
-    return rows, done.returncode == 0
+    return rows, not outcome.failure
 
 
 def main(argv=None):

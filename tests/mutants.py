@@ -17,6 +17,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from pysph_boiling.runs.jobs import Job, run_job
+
 ROOT = Path(__file__).resolve().parents[1]
 EQUATIONS = Path("pysph_boiling/equations")
 LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*_output", "*.egg-info", "docs", "build", "dist")
@@ -212,17 +214,18 @@ def copy_repository(folder):
 
 def run_tests(root, environment, tests):
     """First failing test of the named files, or ``None``. Raises ``RuntimeError`` where they could not run at all."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-    command += [f"tests/{name}" for name in tests]
-    try:
-        done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=TIMEOUT)
-    except subprocess.TimeoutExpired:
-        return f"no end within {TIMEOUT} s"
-    output = done.stdout + done.stderr
-    if done.returncode == 0:
+    log = root.parent / "log.txt"
+    log.unlink(missing_ok=True)
+    outcome = run_job(Job(name="the tests", directory=root, environment=environment, log=log, time_limit=TIMEOUT,
+                          command=(sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider",
+                                   *(f"tests/{name}" for name in tests))))
+    if not outcome.failure:
         return None
+    if outcome.seconds >= TIMEOUT:
+        return outcome.failure
+    output = log.read_text(encoding="utf-8", errors="replace")
     failed = re.search(r"^FAILED tests/(\S+)", output, re.M) or re.search(r"^ERROR tests/(\S+::\S+)", output, re.M)
-    if done.returncode != 1 or not failed or "CompileError" in output:
+    if outcome.status != 1 or not failed or "CompileError" in output:
         raise RuntimeError(f"the tests did not run:\n{output[-3000:]}")
     return failed[1]
 

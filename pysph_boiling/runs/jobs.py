@@ -89,9 +89,9 @@ class Outcome:
     value: object = None
 
     def result(self):
-        """The value. Raises ``ChildProcessError`` with name and failure of a job that failed."""
+        """The value. Raises ``ChildProcessError`` with name, failure and the end of the log of a job that failed."""
         if self.failure:
-            raise ChildProcessError(f"{self.job.name}: {self.failure}")
+            raise ChildProcessError("\n".join(filter(None, (f"{self.job.name}: {self.failure}", self.output))))
         return self.value
 
     @property

@@ -3,13 +3,13 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pysph.base.kernels import CubicSpline
 
 from pysph_boiling.particles import akinci_volume, box_vessel, fluid_block, lattice_density
+from pysph_boiling.runs.jobs import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import boil  # noqa: E402
@@ -228,20 +228,20 @@ def test_without_the_other_codes_the_rest_of_the_table_stands(tmp_path, monkeypa
                 flatness=1.1, bytes=394.0)
     status = dict(size=0)
 
-    def stand_in(command, **_):
-        name, path = Path(command[1]).stem, Path(command[command.index("--json") + 1])
-        if name == "peers":
-            assert "--no-install" in command
-            return subprocess.CompletedProcess(command, peers.NOT_INSTALLED, stderr="not installed\n")
+    def stand_in(job):
+        path = Path(job.command[job.command.index("--json") + 1])
+        if job.name == "peers":
+            assert "--no-install" in job.command
+            return Outcome(job, peers.NOT_INSTALLED, 1.0, "the process ended with exit status 3")
         path.write_text(json.dumps(size))
-        return subprocess.CompletedProcess(command, status[name], stderr="")
+        return Outcome(job, status[job.name], 1.0, "it failed" * status[job.name])
 
-    monkeypatch.setattr(summary, "subprocess", SimpleNamespace(run=stand_in, PIPE=subprocess.PIPE))
+    monkeypatch.setattr(summary, "run_job", stand_in)
     page, arguments = tmp_path / "table.md", ["--only", "size", "peers", "--markdown", str(tmp_path / "table.md")]
     assert summary.main(arguments) == 0
     text = page.read_text()
     assert "| size | memory of a particle | 394 bytes |" in text
-    assert "| peers | did not run | not installed |" in text
+    assert "| peers | did not run | the other codes are not installed |" in text
     status["size"] = 1
     assert summary.main(arguments) == 1
 
