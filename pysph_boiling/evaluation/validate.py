@@ -24,6 +24,8 @@ from pysph_boiling import __version__
 from pysph_boiling.checks import CheckFailed
 from pysph_boiling.names import unknown
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_renamed, add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.application import processor
 from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
@@ -131,8 +133,8 @@ def load(folder):
     return module
 
 
-def measure(folder, quick, picture=None):
-    """Run a case; returns its list of :class:`Row`, in the order of its README.
+def measure(folder, quick, drawn=None):
+    """Run a case; returns its list of :class:`Row`, in the order of its README. Its picture goes to ``drawn``.
 
     The quick form may leave rows out, the full one may not. Errors: ``ValueError`` for a row that the README does not
     have, or that is missing.
@@ -147,15 +149,15 @@ def measure(folder, quick, picture=None):
     missing = [name for name in bounds if name not in found]
     if missing and not quick:
         raise ValueError(f"{folder.name}: nothing was measured for {', '.join(missing)}")
-    if picture is not None:
-        case.draw(outcomes, picture)
+    if drawn is not None:
+        case.draw(outcomes, drawn)
     return [found[name] for name in bounds if name in found]
 
 
-def timed(folder, quick, picture):
+def timed(folder, quick, drawn):
     """What :func:`measure` returns, and the processor time that it took [s]."""
     begin = process_time()
-    return measure(folder, quick, picture), process_time() - begin
+    return measure(folder, quick, drawn), process_time() - begin
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------
@@ -173,34 +175,39 @@ def title(folder):
     return (folder / "README.md").read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
 
 
-def page(records, root, *, quick=False):
-    """The page in Markdown, to lie in ``root``: a table for each kind, what tests cover, a picture of each case.
+def page(records, path, *, quick=False):
+    """The blocks of the page ``path``: a table for each kind, what tests cover, a picture of each case.
 
     ``records`` maps a case to its record: ``rows`` (list of :class:`Row`), ``origin`` and ``seconds`` [s].
     """
-    place = {name: os.path.relpath(folder, root) for name, folder in cases().items()}
+    place = {name: os.path.relpath(folder, path.parent) for name, folder in cases().items()}
     rows = [row for name in place if name in records for row in records[name]["rows"]]
-    failing = sum(not row.holds for row in rows)
-    lines = ["# What was validated, and how well", "",
-             "<!-- Written by `pysph-boiling validate`. Change the cases in tests/validation, not this file. -->", "",
-             (FOLDER / "intro.md").read_text(encoding="utf-8").strip(), ""]
-    if quick:
-        lines += ["This is the quick form: coarse, and with rows left out.", ""]
-    lines += [f"{len(rows)} rows, {failing} of which fail and say why.", ""]
+    yield "# What was validated, and how well"
+    yield "<!-- Written by `pysph-boiling validate`. Change the cases in tests/validation, not this file. -->"
+    yield (FOLDER / "intro.md").read_text(encoding="utf-8").strip()
+    yield "This is the quick form: coarse, and with rows left out." if quick else ""
+    yield f"{len(rows)} rows, {sum(not row.holds for row in rows)} of which fail and say why."
     for kind, (name, against) in KINDS.items():
         own = [row for row in rows if row.bounds.kind == kind]
         if own:
-            lines += [f"## {name}: {against}", "", *markdown.table(
+            yield f"## {name}: {against}"
+            yield markdown.table(
                 ("case", "what", "reference", "found", "bounds, and why", ""),
                 [(f"[{row.case}]({place[row.case]}/README.md)", row.bounds.what, row.bounds.reference, row.found,
-                  f"{row.bounds.text}: {row.bounds.why}", verdict(row)) for row in own]), ""]
-    lines += [(FOLDER / "covered.md").read_text(encoding="utf-8").strip(), "", "## How each was made", ""]
+                  f"{row.bounds.text}: {row.bounds.why}", verdict(row)) for row in own])
+    yield (FOLDER / "covered.md").read_text(encoding="utf-8").strip()
+    yield "## How each was made"
     for name in place:
         if name in records:
             one, heading = records[name], title(FOLDER / name)
-            lines += [f"{heading}: `pysph-boiling validate {name}`, {one['seconds']:.0f} s of processor time; "
-                      f"{one['origin']}.", "", f"![{heading}](images/validation_{name}.png)", ""]
-    return "\n".join(lines)
+            yield (f"{heading}: `pysph-boiling validate {name}`, {one['seconds']:.0f} s of processor time; "
+                   f"{one['origin']}.")
+            yield f"![{heading}](images/{picture(path, name)})"
+
+
+def picture(path, name):
+    """File name of a case's picture, in the folder ``images`` beside the page ``path``."""
+    return f"{path.stem}_{name}.png"
 
 
 def origin():
@@ -223,23 +230,23 @@ def stored(path):
 def validate(arguments):
     """Run cases, print their table, draw their pictures, and write the page.
 
-    The full form writes to ``docs``; cases that are not asked for keep what ``docs/validation.json`` has of them. The
-    quick form writes a page of its own.
+    The full form writes ``docs/validation.md``; cases that are not asked for keep what the JSON file beside it has of
+    them. The quick form writes a page of its own.
 
     Errors: ``ValueError`` for an unknown case or outside a checkout, ``CheckFailed`` where a row fails that is not
     known to fail.
     """
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
     parser = argparse.ArgumentParser(prog="pysph-boiling validate", description="The model against formulas, "
                                      "experiments, and its own stored statistics.")
     parser.add_argument("case", nargs="*", metavar="CASE", help="which ones; all if none is named")
-    parser.add_argument("--quick", action="store_true", help="coarse, three minutes instead of half an hour")
-    parser.add_argument("--directory", help="folder for page and pictures; default docs, in the quick form "
-                        "validate")
-    parser.add_argument("--json", metavar="FILE", help="write the rows there")
+    add_report_options(
+        parser, quick="coarse, three minutes instead of half an hour", json="write the rows there",
+        report="the page, beside which pictures go; default docs/validation.md, in the quick form "
+               "validate/validation.md")
+    add_renamed(parser, "--directory", "--report FILE.md")
     parser.add_argument("--jobs", type=int, default=1, help="cases side by side, each on its own threads; default 1")
     parser.add_argument("--list", action="store_true", help="print the cases and stop")
     options = parser.parse_args(arguments)
@@ -249,39 +256,37 @@ def validate(arguments):
             raise unknown("case", name, known)
     check_count(options.jobs)
     if options.list:
-        table = Table("case", "title", "rows")
-        for name, folder in known.items():
-            table.add_row(name, title(folder), f"{len(read_bounds(folder / 'README.md'))}")
-        console.print(table)
+        show(console, ("case", "title", "rows"),
+             [(name, title(folder), f"{len(read_bounds(folder / 'README.md'))}") for name, folder in known.items()])
         return
-    root = Path(options.directory or ("validate" if options.quick else FOLDER.parents[1] / "docs"))
-    (root / "images").mkdir(parents=True, exist_ok=True)
+    path = Path(options.report or (Path("validate") if options.quick else FOLDER.parents[1] / "docs") / "validation.md")
+    images = path.parent / "images"
+    images.mkdir(parents=True, exist_ok=True)
     names = list(dict.fromkeys(options.case or known))
-    records = {} if options.quick else stored(root / "validation.json")
+    records = {} if options.quick else stored(path.with_suffix(".json"))
 
     def ended(outcome):
         own, seconds = outcome.result()
         name = outcome.job.name
         records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
-        write_json(root / "validation.json", {case: {**one, "rows": [asdict(row) for row in one["rows"]]}
-                                              for case, one in sorted(records.items())})
+        write_json(path.with_suffix(".json"), {case: {**one, "rows": [asdict(row) for row in one["rows"]]}
+                                               for case, one in sorted(records.items())})
         console.print(f"{name}: {seconds:.0f} s of processor time", highlight=False)
 
-    run_jobs([Job(name=name, call=(timed, known[name], options.quick, root / "images" / f"validation_{name}.png"))
+    run_jobs([Job(name=name, call=(timed, known[name], options.quick, images / picture(path, name)))
               for name in names], options.jobs, ended=ended)
-    path = root / "validation.md"
-    path.write_text(page(records, root, quick=options.quick), encoding="utf-8")
+    markdown.write(path, *page(records, path, quick=options.quick))
 
     rows = [row for name in names for row in records[name]["rows"]]
     for kind, (name, against) in KINDS.items():
         own = [row for row in rows if row.bounds.kind == kind]
         if own:
-            table = Table("case", "what", "found", "bounds", "", title=f"{name}: {against}")
-            for row in own:
-                word = "holds" if row.holds else "[yellow]fails, known" if row.bounds.excuse else "[red]FAILS"
-                table.add_row(row.case, escape(row.bounds.what), escape(row.found), row.bounds.text, word)
-            console.print(table)
-    console.print(f"page: {path}; pictures in {root / 'images'}")
+            words = ["holds" if row.holds else "[yellow]fails, known" if row.bounds.excuse else "[red]FAILS"
+                     for row in own]
+            show(console, ("case", "what", "found", "bounds", ""),
+                 [(row.case, escape(row.bounds.what), escape(row.found), row.bounds.text, word)
+                  for row, word in zip(own, words)], title=f"{name}: {against}")
+    console.print(f"page: {path}; pictures in {images}")
     if options.json:
         write_json(options.json, dict(quick=options.quick, seconds={name: records[name]["seconds"] for name in names},
                                       rows=[dict(case=row.case, value=row.value, found=row.found, holds=row.holds,

@@ -55,8 +55,7 @@ def write_report(sections, root, path, order, *, wording, quick=False):
     kept = {key: kept[key] for key in order if key in kept}
     write_json(path.with_suffix(".json"), kept)
     everything = [Section.revived(raw) for raw in kept.values()]
-    path.write_text("\n".join(lines(everything, path.stem, quick, wording)), encoding="utf-8")
-    return path
+    return markdown.write(path, *blocks(everything, path.stem, quick, wording))
 
 
 def shrink(source, target):
@@ -69,36 +68,36 @@ def shrink(source, target):
         picture.quantize(COLOURS).save(target, optimize=True)
 
 
-def lines(sections, stem, quick, wording):
-    """The lines of the report."""
+def blocks(sections, stem, quick, wording):
+    """The blocks of the report, for :func:`pysph_boiling.report.markdown.page`."""
     total = [one for section in sections for one in section.statements]
     intro = wording.intro.replace("{form}", wording.quick if quick else "")
-    text = [f"# {wording.title}", "",
-            f"<!-- Written by `pysph-boiling {wording.command} --report docs/{stem}.md`; do not edit. -->", "",
-            f"{intro} The page that `pysph-boiling {wording.command}` writes has all pictures and data."
-            + f" Of {len(total)} {wording.counted}, {counts(total)}." * bool(total), ""]
-    text += rows(("", "", ""), [(label(section.key) or section.key, bare_title(section), counts(section.statements))
-                                for section in sections])
+    yield f"# {wording.title}"
+    yield f"<!-- Written by `pysph-boiling {wording.command} --report docs/{stem}.md`; do not edit. -->"
+    yield (f"{intro} The page that `pysph-boiling {wording.command}` writes has all pictures and data."
+           + f" Of {len(total)} {wording.counted}, {counts(total)}." * bool(total))
+    yield rows(("", "", ""), [(label(section.key) or section.key, bare_title(section), counts(section.statements))
+                              for section in sections])
     for section in sections:
-        text += [f"## {label(section.key) or section.key}: {plain(bare_title(section))}", ""]
-        caveat = wording.caveat(section)
-        text += [f"**{plain(caveat)}**", ""] * bool(caveat)
-        if section.text:
-            text += [plain(section.text), ""]
+        yield f"## {label(section.key) or section.key}: {plain(bare_title(section))}"
+        caveat = plain(wording.caveat(section))
+        yield f"**{caveat}**" if caveat else ""
+        yield plain(section.text)
         for picture in section.pictures:
             caption = plain(sentence(picture.caption))
-            text += [f"![{caption}](images/{stem}_{section.key}.png)", "", f"*{caption}*", ""]
+            yield f"![{caption}](images/{stem}_{section.key}.png)"
+            yield f"*{caption}*"
         if section.statements:
-            text += rows((*wording.sides, "verdict"), [
+            yield rows((*wording.sides, "verdict"), [
                 (sentence(one.paper), " ".join(filter(None, (sentence(one.ours), one.why and sentence(one.why)))),
                  VERDICTS[one.agrees]) for one in section.statements])
         for one in section.tables:
-            text += [plain(sentence(one.caption)), ""] * bool(one.caption) + rows(one.columns, one.rows)
+            yield plain(sentence(one.caption)) if one.caption else ""
+            yield rows(one.columns, one.rows)
         made = sorted({f"{one['processor']}, pysph_boiling {one['versions'].get('pysph_boiling', '')}"
                        for one in section.origins})
         runs = [f"{len(set(section.commands))} runs"] * bool(section.commands)
-        text += [", ".join((*runs, *made)) + ".", ""] * bool(made)
-    return text
+        yield ", ".join((*runs, *made)) + "." if made else ""
 
 
 def plain(words):
@@ -107,5 +106,5 @@ def plain(words):
 
 
 def rows(columns, cells):
-    """A table of plain words, and an empty line."""
-    return [*markdown.table(map(plain, columns), (map(plain, row) for row in cells)), ""]
+    """A table of plain words."""
+    return markdown.table(map(plain, columns), (map(plain, row) for row in cells))

@@ -1,8 +1,6 @@
 """The report in Markdown: complete, amended figure by figure, with pictures of a size to keep."""
-import pytest
 from PIL import Image
 
-from pysph_boiling.cli import main
 from pysph_boiling.evaluation.reproduce.figure import figures
 from pysph_boiling.evaluation.reproduce.wording import PAPER
 from pysph_boiling.report.markdown_page import WIDTH, take_up, write_report
@@ -49,10 +47,3 @@ def test_what_a_report_has_is_taken_up_where_it_was_not_made(tmp_path):
     assert kept.statements[0].ours == "kept" and not kept.pictures and not kept.data
     assert new.statements[0].ours == "new" and new.pictures
     take_up(tmp_path / "none.md", other)
-
-
-@pytest.mark.parametrize("arguments", (("--quick", "--report", "a.md"), ("--report", "a.html")))
-def test_what_is_no_report_is_refused_before_anything_runs(tmp_path, monkeypatch, capsys, arguments):
-    monkeypatch.chdir(tmp_path)
-    assert main(["reproduce", "fig2", *arguments]) != 0
-    assert "--report FILE.md" in capsys.readouterr().err and not list(tmp_path.iterdir())

@@ -10,6 +10,7 @@ from pysph_boiling.evaluation.stress.case import simulate
 from pysph_boiling.evaluation.stress.cases import all_cases
 from pysph_boiling.evaluation.stress.command import COLUMNS, measure, page, run_all, safeguards, stress
 from pysph_boiling.evaluation.stress.judge import judge, load_bounds
+from pysph_boiling.report import markdown
 
 BOUNDS, CASES = load_bounds(), all_cases()
 OWN_SET = ("quiet", "flux", "burst", "omega", "band", "paper")  # modules that no other test needs
@@ -45,7 +46,7 @@ def test_each_case_of_the_list_is_there():
 
 def test_command_writes_its_table(tmp_path, capsys):
     written, rows = tmp_path / "page.md", tmp_path / "rows.json"
-    stress(["latent-zero-2d", "--quick", "--json", str(rows), "--markdown", str(written)])
+    stress(["latent-zero-2d", "--quick", "--json", str(rows), "--report", str(written)])
     assert "refused" in capsys.readouterr().out
     (row,) = json.loads(rows.read_text())
     assert row["verdict"] == "refused" and "must be > 0 J/kg" in row["reasons"][0]
@@ -73,7 +74,7 @@ def test_a_refusal_that_was_not_asked_for_fails():
     wrong = type(case)(name=case.name, hard=case.hard, build=case.build, steps=1, quick=1)
     row = measure(wrong, simulate(wrong, 1), BOUNDS)
     assert row.verdict == "fails" and row.reasons == [simulate(wrong, 1).refusal]
-    assert "fails: L of water" in page([row], BOUNDS)
+    assert "fails: L of water" in markdown.page(*page([row], BOUNDS))
 
 
 def test_a_case_runs_after_one_with_two_threads():

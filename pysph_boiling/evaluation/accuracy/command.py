@@ -12,6 +12,7 @@ from pysph_boiling.evaluation.accuracy.knobs import STUDIES, studies
 from pysph_boiling.evaluation.accuracy.measure import Points
 from pysph_boiling.evaluation.accuracy.results import find, percent, write_points
 from pysph_boiling.report.markdown_page import write_report
+from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import Wording, write_page
 from pysph_boiling.report.sections import Section, Table
 from pysph_boiling.runs.ledger import write_json
@@ -122,21 +123,19 @@ def accuracy(arguments):
         "What accuracy costs in time: error against time for every setting that matters."))
     parser.add_argument("study", nargs="*", metavar="STUDY", help=f"which ones, all if none is named: "
                         f"{', '.join(STUDIES)}")
-    parser.add_argument("--quick", action="store_true", help="small scenes, three minutes at most")
+    add_report_options(parser, quick="small scenes, three minutes at most",
+                       report="write the studies into this report; default summary.md in the output folder",
+                       json="write points, orders and claims there")
     parser.add_argument("--directory", default=None, help="output folder; default accuracy, accuracy_quick")
     parser.add_argument("--threads", type=int, default=1, help="threads of a run; default 1")
     parser.add_argument("--repeats", type=int, default=REPEATS, help=f"runs of a point; default {REPEATS}, fewer where "
                         "time runs out")
     parser.add_argument("--list", action="store_true", help="print the points and stop")
-    parser.add_argument("--report", metavar="FILE.md", help="Markdown, which keeps what it has of other studies; "
-                        "default summary.md in the output folder")
-    parser.add_argument("--json", metavar="FILE", help="write points, orders and claims there")
     options = parser.parse_args(arguments)
+    refuse_quick(parser, options)
     for name, most in (("threads", os.cpu_count() or 1), ("repeats", 100)):
         if not 1 <= getattr(options, name) <= most:
             raise ValueError(f"--{name} must be 1 to {most}, got {getattr(options, name)}")
-    if options.report and (options.quick or Path(options.report).suffix != ".md"):
-        raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
     console = Console(highlight=False, soft_wrap=True)
     chosen = studies(options.quick, options.study)
     if options.list:

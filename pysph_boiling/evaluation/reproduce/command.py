@@ -8,6 +8,7 @@ from pysph_boiling.evaluation.reproduce.runs import perform
 from pysph_boiling.evaluation.reproduce.wording import PAPER
 from pysph_boiling.names import unknown
 from pysph_boiling.report.markdown_page import take_up, write_report
+from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import origin, write_page
 from pysph_boiling.report.sections import Section
 from pysph_boiling.runs.jobs import Job, check_count, run_jobs
@@ -41,20 +42,19 @@ def reproduce(arguments):
         "Run and draw figures and tables of the paper, and hold each against what the paper states."))
     parser.add_argument("figure", nargs="*", metavar="FIGURE",
                         help=f"which ones, all if none is named: {', '.join(known)}")
-    parser.add_argument("--quick", action="store_true", help="small scenes, minutes instead of hours")
+    add_report_options(parser, quick="small scenes, minutes instead of hours",
+                       report="write the asked figures into this report too",
+                       json="write the statements and verdicts there")
     parser.add_argument("--directory", default=None, help="output folder; default reproduce, reproduce_quick")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1,
                         help="runs side by side; default one per core")
     parser.add_argument("--list", action="store_true", help="print the runs and stop")
-    parser.add_argument("--report", metavar="FILE.md", help="write the asked figures into this report in Markdown too")
-    parser.add_argument("--json", metavar="FILE", help="write the statements and verdicts there")
     options = parser.parse_args(arguments)
+    refuse_quick(parser, options)
     for key in options.figure:
         if key not in known:
             raise unknown("figure", key, known)
     check_count(options.jobs)
-    if options.report and (options.quick or Path(options.report).suffix != ".md"):
-        raise ValueError("--report FILE.md writes Markdown, and of the full form: leave out --quick")
     console = Console(highlight=False)
     asked = {key: known[key]() for key in options.figure or known}
     runs = [run for figure in asked.values() for run in figure.runs(options.quick)]

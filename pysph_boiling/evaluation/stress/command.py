@@ -2,7 +2,6 @@
 import argparse
 import fnmatch
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +11,8 @@ from pysph_boiling.evaluation.stress.cases import all_cases
 from pysph_boiling.evaluation.stress.judge import judge, load_bounds
 from pysph_boiling.names import unknown
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
 
@@ -123,8 +124,7 @@ COLUMNS = {
 }
 
 
-PAGE = """# Hard cases: what stays stable, and what does not
-
+ABOUT = """
 Made by `pysph-boiling stress{options}`. A case passes if no rule below is broken at any step and its end state is
 sensible; what fails is left in the table with its reason. Kinetic plus potential energy (*energy rise*, over m g H) is
 told for cases in which nothing but gravity does work. *H* is the height of the highest particle over the floor of the
@@ -132,28 +132,24 @@ container at the start, *U* the fastest speed at the start. Safeguards are repor
 split, the displacement limiter of a sweep, the container that projects back, steps that end with a mean density error
 above `density.max_mean_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of
 them does: [model.md](model.md), "What keeps it stable".
-
-{counts}
-
-{table}
-
-## Bounds
-
-They stand in `pysph_boiling/evaluation/stress/bounds.json` and are read before anything runs.
-
-{bounds}
-"""
+""".strip()
 
 
 def page(rows, bounds, options=""):
-    """The page that ``--markdown`` writes: the rows, and the bounds that they were judged by."""
+    """The blocks of the page that ``--report`` writes: the rows, and the bounds that they were judged by."""
     rules = [(rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]) for rule, entry in bounds["rules"].items()]
     rules += [(f"{entry['rule']} of {', '.join(entry['cases'])}",
                "not judged" if entry["bound"] is None else f"{entry['bound']:g}",
                bounds["rules"][entry["rule"]]["unit"], entry["reason"]) for entry in bounds["exceptions"]]
-    shown = [[show(row) for show in COLUMNS.values()] for row in rows]
-    return PAGE.format(options=options, counts=counts(rows), table="\n".join(markdown.table(COLUMNS, shown)),
-                       bounds="\n".join(markdown.table(("rule", "bound", "unit", "reason"), rules)))
+    return ["# Hard cases: what stays stable, and what does not", ABOUT.format(options=options), counts(rows),
+            markdown.table(COLUMNS, shown(rows)), "## Bounds",
+            "They stand in `pysph_boiling/evaluation/stress/bounds.json` and are read before anything runs.",
+            markdown.table(("rule", "bound", "unit", "reason"), rules)]
+
+
+def shown(rows):
+    """The cells of rows, as texts."""
+    return [[show_cell(row) for show_cell in COLUMNS.values()] for row in rows]
 
 
 def counts(rows):
@@ -169,16 +165,15 @@ def stress(arguments):
     Errors: ``ValueError`` for an unknown case, with the known ones; ``CheckFailed`` if a case fails.
     """
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column
 
     parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=(
         "Run hard cases and judge by fixed bounds whether they stay stable."))
     parser.add_argument("case", nargs="*", metavar="CASE", help="which ones, by name or pattern; all if none is named")
-    parser.add_argument("--quick", action="store_true", help="short forms of the cheap cases")
+    add_report_options(parser, quick="short forms of the cheap cases", report="write the table there",
+                       json="write the rows there")
     parser.add_argument("--jobs", type=int, default=1, help="cases side by side; default 1")
     parser.add_argument("--list", action="store_true", help="print the cases and stop")
-    parser.add_argument("--json", metavar="FILE", help="write the rows there")
-    parser.add_argument("--markdown", metavar="FILE", help="write the table there")
     options = parser.parse_args(arguments)
     bounds, known = load_bounds(), all_cases()
     for pattern in options.case:
@@ -199,17 +194,14 @@ def stress(arguments):
             f"\n         {reason}" for reason in row.reasons))
 
     rows = run_all(asked, bounds, options.jobs, report)
-    shown = Table(title="hard cases")
-    for name in COLUMNS:
-        shown.add_column(name, no_wrap=name not in ("what is hard", "safeguards that acted", "verdict"))
-    for row in rows:
-        shown.add_row(*(show(row) for show in COLUMNS.values()))
-    Console(highlight=False, width=max(console.width, WIDTH)).print(shown)
+    columns = [Column(name, no_wrap=name not in ("what is hard", "safeguards that acted", "verdict"))
+               for name in COLUMNS]
+    show(Console(highlight=False, width=max(console.width, WIDTH)), columns, shown(rows), title="hard cases")
     console.print(counts(rows))
     if options.json:
         write_json(options.json, [asdict(row) for row in rows])
-    if options.markdown:
-        Path(options.markdown).write_text(page(rows, bounds, " --quick" if options.quick else ""), encoding="utf-8")
+    if options.report:
+        markdown.write(options.report, *page(rows, bounds, " --quick" if options.quick else ""))
     failed = [row.case for row in rows if row.verdict == "fails"]
     if failed:
         raise CheckFailed(f"{len(failed)} of {len(rows)} cases: {', '.join(failed)}")
