@@ -52,9 +52,9 @@ test-ranks: setup-mpi
 mutants: $(TESTABLE)
 	@$(BIN)/python tests/mutants.py
 
-# On an idle machine. `make bench AGAINST=COMMIT TABLE=FILE` measures that version too, and writes the table there.
+# On an idle machine. `make bench AGAINST=COMMIT TABLE=FILE.md` measures that version too, and writes the table there.
 bench: $(READY)
-	@$(BIN)/python benchmarks/summary.py $(if $(AGAINST),--against $(AGAINST)) $(if $(TABLE),--markdown $(TABLE))
+	@$(BIN)/python benchmarks/summary.py $(if $(AGAINST),--against $(AGAINST)) $(if $(TABLE),--report $(TABLE))
 
 lint: $(BIN)/ruff
 	@$(BIN)/ruff check .

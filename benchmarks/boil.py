@@ -1,6 +1,6 @@
 """A step of ``steady_boiling`` while it boils, stage by stage; and against another version of the package.
 
-    python benchmarks/boil.py [--quick] [--against REV] [--json FILE] [--markdown FILE] [options of the scene]
+    python benchmarks/boil.py [--quick] [--against REV] [--json FILE] [--report FILE.md] [options of the scene]
 
 The vessel boils for a second and more, once for each h/dx. From that state, taken over as particles, each version goes
 on in a process of its own, a few steps in turn with the other, so that both meet the same machine. ``--against`` takes
@@ -25,10 +25,12 @@ from pathlib import Path
 import machine
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from pysph_boiling.phases import Phase
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.threads import variables
 
 ROOT, WORKER = Path(__file__).resolve().parents[1], Path(__file__).with_name("boil_worker.py")
@@ -217,9 +219,9 @@ def table(row):
         for other in others:
             faster = times_as_fast(mine, other, part)
             rows[-1].append(", ".join(f"{ratio:.2f}" for ratio in faster.values()))
-    for what, show in (("sweeps a step", "{sweeps:.2f}"), ("files: steps to each", "{steps_per_file}"),
+    for what, text in (("sweeps a step", "{sweeps:.2f}"), ("files: steps to each", "{steps_per_file}"),
                        ("outside the stages, files included, of the mean step", "{outside:.1%}")):
-        rows.append([what, *(show.format(**version) for version in versions.values()), *("" for _ in others)])
+        rows.append([what, *(text.format(**version) for version in versions.values()), *("" for _ in others)])
     return title, head, rows
 
 
@@ -231,14 +233,12 @@ def times_as_fast(mine, other, part):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="Other options go to the scene.")
-    parser.add_argument("--quick", action="store_true", help="the scene's demo, h/dx 1.2 alone")
+    add_report_options(parser, quick="the scene's demo, h/dx 1.2 alone")
     parser.add_argument("--against", metavar="REV", help="another version: a commit, branch or tag of this checkout")
     parser.add_argument("--hdx", type=float, nargs="+", help="smoothing lengths over spacing (1.2 and 1.0)")
     parser.add_argument("--before", type=int, help=f"steps to the state that is common ({STATE}; quick {QUICK_STATE})")
     parser.add_argument("--steps", type=int, default=SAME_EVENTS, help="steps from there on (%(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="OpenMP threads (%(default)s)")
-    parser.add_argument("--json", metavar="FILE", help="write the figures there")
-    parser.add_argument("--markdown", metavar="FILE", help="write the tables there")
     options, scene = parser.parse_known_args(argv)
     if options.steps <= UNTIMED:
         parser.error(f"--steps must be more than {UNTIMED}, which are not timed; got {options.steps}")
@@ -259,22 +259,19 @@ def main(argv=None):
             row = measure(versions, hdx=hdx, steps=options.steps, before=before, threads=options.threads,
                           scene=scene, say=status.update)
             rows.append(dict(row, threads=options.threads, load=[begin, os.getloadavg()[0]]))
-    pages, holds = [], True
+    blocks, holds = [], True
     for row in rows:
         title, head, cells = table(row)
-        shown = Table(*head, title=title)
-        for line in cells:
-            shown.add_row(*line)
-        console.print(shown)
+        show(console, head, cells, title)
         verdicts = [f"{'holds' if one['holds'] else 'FAILS'}: h/dx {row['hdx']:g}: {one['claim']}: {one['found']}"
                     for one in row["same"]]
         console.print("\n".join(verdicts), markup=False, highlight=False)
         holds &= all(one["holds"] for one in row["same"])
-        pages += [title, "", *markdown.table(head, cells), "", *(f"- {verdict}" for verdict in verdicts), ""]
-    if options.markdown:
-        Path(options.markdown).write_text("\n".join(pages))
+        blocks += [title, markdown.table(head, cells), [f"- {verdict}" for verdict in verdicts]]
+    if options.report:
+        markdown.write(options.report, *blocks)
     if options.json:
-        Path(options.json).write_text(json.dumps(rows, indent=2) + "\n")
+        write_json(options.json, rows)
     return 0 if holds else 1
 
 

@@ -28,12 +28,13 @@ from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from pysph_boiling.device import neighbour_search
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.phases import Phase
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
@@ -208,8 +209,7 @@ def same_build(width, fill):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="a smaller pool, fewer repeats")
-    parser.add_argument("--json", metavar="FILE", help="write the figures there")
+    add_report_options(parser, quick="a smaller pool, fewer repeats", report=None)
     options = parser.parse_args()
     width, fill, steps, rounds, settle = (14, 12, 4, 3, 60) if options.quick else (28, 26, 5, 5, 200)
     get_config().use_openmp = True
@@ -244,19 +244,18 @@ def main():
     def swept(name, *sources):
         return sum(n for (_, source), n in sweeps[name].items() if not sources or source in sources)
 
-    table = Table("effect", "added alone [ms]", "of which its own", "full without it [ms]", "saves",
-                  title=f"{len(state['x'])} particles, {bubbles(state, upper).sum()} of them vapour; bare PBF "
-                        f"{ms['PBF']:.1f} ms a step, full model {ms['full']:.1f} ms")
-    rows = []
+    rows, cells = [], []
     for slot in full:
         base = {name for name in closure(slot, full)} - {slot}
         below = next((other for other, effects in sets.items() if set(effects) == base), None)
         own = ms[f"+ {slot}"] - ms[below] if below else None
         saves = ms["full"] - ms[f"without {slot}"]
         rows.append(dict(effect=slot, added=ms[f"+ {slot}"], own=own, without=ms[f"without {slot}"], saves=saves))
-        table.add_row(slot, f"{ms[f'+ {slot}']:.1f}", "" if own is None else f"{own:+.1f}",
-                      f"{ms[f'without {slot}']:.1f}", f"{saves:+.1f}")
-    console.print(table)
+        cells.append((slot, f"{ms[f'+ {slot}']:.1f}", "" if own is None else f"{own:+.1f}",
+                      f"{ms[f'without {slot}']:.1f}", f"{saves:+.1f}"))
+    show(console, ("effect", "added alone [ms]", "of which its own", "full without it [ms]", "saves"), cells,
+         title=f"{len(state['x'])} particles, {bubbles(state, upper).sum()} of them vapour; bare PBF "
+               f"{ms['PBF']:.1f} ms a step, full model {ms['full']:.1f} ms")
     console.print(f"full model, boiling: {swept('full'):.0f} neighbour sweeps a step")
 
     claims = {

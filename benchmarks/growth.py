@@ -5,23 +5,23 @@ The start is the exact profile at a radius of a few spacings; then the bubble gr
 as large. What it has gained by then says how the model's interface behaves: whether latent heat is pooled, how far
 the vapour reaches as a site, and what becomes of stored heat when the bubble departs in the end.
 
-    python benchmarks/growth.py [--quick] [--json FILE] [--markdown FILE]
+    python benchmarks/growth.py [--quick] [--json FILE] [--report FILE.md]
 
 Exits with 1 where a claim that the documentation makes does not hold.
 """
 import argparse
 import itertools
-import json
 import sys
 from dataclasses import asdict, replace
-from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from pysph_boiling.evaluation.problems.growth import Growth
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
+from pysph_boiling.runs.ledger import write_json
 
 
 def measured(case):
@@ -111,17 +111,10 @@ def claims(rows):
             yield "converted heat makes liquid hotter than the liquid far away", row["departure"] > 0.1
 
 
-def page(rows):
-    """The table for the documentation, in Markdown."""
-    shown = [[show(row) for _, show in COLUMNS] for row in rows]
-    return "\n".join([*markdown.table((heading for heading, _ in COLUMNS), shown), "", LEGEND + ".", ""])
-
-
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="six runs instead of the whole grid")
-    parser.add_argument("--json", metavar="FILE", help="write the rows there")
-    parser.add_argument("--markdown", metavar="FILE", help="write the table there")
+    add_report_options(parser, quick="six runs instead of the whole grid", report="write the table there",
+                       json="write the rows there")
     options = parser.parse_args(argv)
 
     cases, rows, console = list(dict.fromkeys(quick_cases() if options.quick else all_cases())), [], Console(width=160)
@@ -130,15 +123,13 @@ def main(argv=None):
         console.print(f"{number}/{len(cases)} {rows[-1]['seconds']:.0f} s", highlight=False)
     rows.sort(key=lambda row: (row["dim"], -row["stefan"], not row["vapour_as_site"], row["kinetic_radius"],
                                row["interrupt"] != "hold", not row["pooled"], row["jitter"], row["radius"]))
-    table = Table(*(escape(heading) for heading, _ in COLUMNS), title="Growth of a bubble in superheated liquid")
-    for row in rows:
-        table.add_row(*(show(row) for _, show in COLUMNS))
-    console.print(table)
+    headings, shown = [heading for heading, _ in COLUMNS], [[cell(row) for _, cell in COLUMNS] for row in rows]
+    show(console, map(escape, headings), shown, title="Growth of a bubble in superheated liquid")
     console.print(LEGEND)
     if options.json:
-        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n")
-    if options.markdown:
-        Path(options.markdown).write_text(page(rows))
+        write_json(options.json, rows)
+    if options.report:
+        markdown.write(options.report, markdown.table(headings, shown), LEGEND + ".")
     broken = [claim for claim, holds in claims(rows) if not holds]
     for claim in broken:
         console.print(f"[red]does not hold: {claim}")

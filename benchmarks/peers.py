@@ -1,6 +1,6 @@
 """What accuracy costs here and in other codes: SPlisHSPlasH's PBF and DFSPH, and a Position Based Fluids in Taichi.
 
-    python benchmarks/peers.py [--quick] [--json FILE] [--markdown FILE]
+    python benchmarks/peers.py [--quick] [--json FILE] [--report FILE.md]
 
 A hydrostatic column and a dam break, of the same particles (fluid and walls), spacing, kernel, support radius and
 duration, without viscosity. Every code runs a small grid of time steps and tolerances; errors are measured from the
@@ -23,10 +23,12 @@ from pathlib import Path
 import machine
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, run_job
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.threads import variables
 
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"
@@ -319,20 +321,9 @@ def ratio_table(runs, scenes):
     return head, rows, data
 
 
-def show(console, title, head, rows):
-    """Print a table; returns it in Markdown."""
-    table = Table(*head, title=title)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
-    return "\n".join([title, "", *markdown.table(head, rows), ""])
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="a small column alone, fewer settings: two minutes")
-    parser.add_argument("--json", metavar="FILE", help="write the figures there")
-    parser.add_argument("--markdown", metavar="FILE", help="write the tables there")
+    add_report_options(parser, quick="a small column alone, fewer settings: two minutes")
     parser.add_argument("--environment", metavar="FOLDER", default="~/.cache/pysph_boiling_peers",
                         help="where the other codes are installed (%(default)s)")
     parser.add_argument("--no-install", dest="install", action="store_false", help="only where they are installed")
@@ -369,29 +360,30 @@ def main():
                 for run in kept:
                     execute(run, threads, f"round {k + 1}")
 
-    pages = []
+    tables = []  # title, heading, rows
     for scene in scenes:
         for threads in sorted({threads for run in kept for threads in run.rounds}, reverse=True):
             title = (f"{scene.name}: {len(scene.fluid)} fluid and {len(scene.wall)} wall particles, "
                      f"{scene.duration} s, {threads} thread{'s' if threads > 1 else ''}")
-            head, rows = run_table(scene, runs, threads)
-            pages.append(show(console, title, head, rows))
+            tables.append((title, *run_table(scene, runs, threads)))
     head, rows, data = ratio_table([run for run in kept if run.valid], scenes)
-    title = f"how many times as fast {OURS} is (median and range of the rounds)"
-    pages.insert(0, show(console, title, head, rows))
+    tables.append((f"how many times as fast {OURS} is (median and range of the rounds)", head, rows))
+    for title, head, rows in tables:
+        show(console, head, rows, title)
 
     failed = [f"{run.scene.name}, {run.code}, {run.label}: {run.failure}" for run in runs if run.failure]
     different = differences(runs)
     for sentence in failed + different:
         console.print(f"FAILS: {sentence}", markup=False)
     console.print(f"{time.perf_counter() - begin:.0f} s in all")
-    if options.markdown:
-        Path(options.markdown).write_text("\n".join(pages))
+    if options.report:
+        markdown.write(options.report, *(block for title, head, rows in (tables[-1], *tables[:-1])
+                                         for block in (title, markdown.table(head, rows))))
     if options.json:
-        Path(options.json).write_text(json.dumps(dict(
+        write_json(options.json, dict(
             ratios=data, failed=failed, different=different, seconds=time.perf_counter() - begin,
             runs=[dict(code=run.code, scene=run.scene.name, tolerance=run.label, settings=run.settings, dt=run.dt,
-                       ms=run.rounds, record=run.record, failure=run.failure) for run in runs]), indent=2))
+                       ms=run.rounds, record=run.record, failure=run.failure) for run in runs]))
     return 1 if failed or different else 0
 
 

@@ -17,9 +17,11 @@ from pathlib import Path
 import machine
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, run_job
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.threads import variables
 
 FASTER = 0.8
@@ -61,8 +63,7 @@ def model(ghost, refreshed):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="fewer particles and steps")
-    parser.add_argument("--json", metavar="FILE", help="write the figures there")
+    add_report_options(parser, quick="fewer particles and steps", report=None)
     options = parser.parse_args()
     console, cores = Console(width=140), max(2, os.cpu_count() or 2)
     console.print(machine.load())
@@ -77,10 +78,9 @@ def main():
     time = {layout: float(np.median([row["timed"]["seconds"] / row["timed"]["steps"] for row in rows]))
             for layout, rows in found.items()}
     last = {layout: rows[-1] for layout, rows in found.items()}
-    table = Table("ranks", "threads", "ms a step", "of one core's", title=f"dam break, {last[1, 1]['particles']}")
-    for (ranks, threads), seconds in time.items():
-        table.add_row(str(ranks), str(threads), f"{1e3 * seconds:.1f}", f"{seconds / time[1, 1]:.2f}")
-    console.print(table)
+    show(console, ("ranks", "threads", "ms a step", "of one core's"),
+         [(str(ranks), str(threads), f"{1e3 * seconds:.1f}", f"{seconds / time[1, 1]:.2f}")
+          for (ranks, threads), seconds in time.items()], title=f"dam break, {last[1, 1]['particles']}")
     talk = last[cores, 1]["communication"]
     ghost, refreshed = talk["copied"] / talk["exported"], talk["refreshed"] / talk["exported"]
     searches = last[cores, 1]["timed"]["steps"]
@@ -88,22 +88,20 @@ def main():
                   f"to make and {talk['refreshed'] / searches / 1e6:.2f} MB to refresh them in a step: {ghost:.0f} and "
                   f"{refreshed:.0f} bytes a ghost")
     rows = model(8.0 * PROPERTIES, refreshed)
-    table = Table("particles", "ranks", "own", "ghosts", "ghosts, MB a step and rank", "labels, MB gathered by each",
-                  "sums over bubbles, MB through each", "start, GB on each", title="on paper, 3-D, every effect")
-    for row in rows:
-        table.add_row(f"{row['particles']:.0e}", f"{row['ranks']}", f"{row['own']:.0f}", f"{row['ghosts']:.0f}",
-                      f"{row['exchange'] / 1e6:.0f}", f"{row['labels'] / 1e6:.2f}", f"{row['sums'] / 1e6:.0f}",
-                      f"{row['start'] / 1e9:.1f}")
-    console.print(table)
+    show(console, ("particles", "ranks", "own", "ghosts", "ghosts, MB a step and rank", "labels, MB gathered by each",
+                   "sums over bubbles, MB through each", "start, GB on each"),
+         [(f"{row['particles']:.0e}", f"{row['ranks']}", f"{row['own']:.0f}", f"{row['ghosts']:.0f}",
+           f"{row['exchange'] / 1e6:.0f}", f"{row['labels'] / 1e6:.2f}", f"{row['sums'] / 1e6:.0f}",
+           f"{row['start'] / 1e9:.1f}") for row in rows], title="on paper, 3-D, every effect")
     same = last[1, 1]["particles"] == last[cores, 1]["particles"]
     ratio = time[cores, 1] / time[1, 1]
     holds = same and ratio <= FASTER
     console.print(f"{'holds' if holds else 'FAILS'}: {cores} ranks take {ratio:.2f} of the time of one core (at most "
                   f"{FASTER}); particles {'are the same' if same else 'got lost'}")
     if options.json:
-        Path(options.json).write_text(json.dumps(dict(
+        write_json(options.json, dict(
             seconds={f"{ranks}x{threads}": seconds for (ranks, threads), seconds in time.items()},
-            ghost_bytes=ghost, refreshed_bytes=refreshed, model=rows, ratio=ratio), indent=2) + "\n")
+            ghost_bytes=ghost, refreshed_bytes=refreshed, model=rows, ratio=ratio))
     return 0 if holds else 1
 
 

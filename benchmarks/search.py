@@ -22,8 +22,10 @@ os.environ.update(WAITING)
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column
 
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.search import search_for
 
@@ -77,7 +79,7 @@ def main():
     parser.add_argument("--dx", type=float, help="particle spacing [m]; 0.03 in 2-D and 0.04 in 3-D if not given")
     parser.add_argument("--steps", type=int, default=10, help="steps in a round")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--json", help="write what is measured to this file")
+    add_report_options(parser, report=None)
     options = parser.parse_args()
     dx = options.dx or EXAMPLES[options.dim][2]
     with tempfile.TemporaryDirectory() as folder:
@@ -88,19 +90,18 @@ def main():
                 way.search()
     ours = ways["ours"]
     particles = sum(pa.get_number_of_particles() for pa in ours.application.particles)
-    table = Table(title=f"{EXAMPLES[options.dim][0]}: {particles} particles, {ours.solver.count} steps")
-    for column in ("search", "step [ms]", "median", "times ours", "search [ms]", "apart [dx]"):
-        table.add_column(column, justify="left" if column == "search" else "right")
     rows = {}
     for name, way in ways.items():
         rows[name] = {"least": min(way.steps), "median": float(np.median(way.steps)),
                       "ratio": min(way.steps) / min(ours.steps), "search": min(way.searches, default=None),
                       "apart": float(np.max(np.abs(way.places() - ours.places()))) / dx}
-        row = rows[name]
-        table.add_row(name, f"{row['least']:.1f}", f"{row['median']:.1f}", f"{row['ratio']:.2f}",
-                      "" if row["search"] is None else f"{row['search']:.1f}", f"{row['apart']:.1e}")
     console = Console()
-    console.print(table)
+    show(console, ("search", *(Column(name, justify="right") for name in (
+        "step [ms]", "median", "times ours", "search [ms]", "apart [dx]"))),
+         [(name, f"{row['least']:.1f}", f"{row['median']:.1f}", f"{row['ratio']:.2f}",
+           "" if row["search"] is None else f"{row['search']:.1f}", f"{row['apart']:.1e}")
+          for name, row in rows.items()],
+         title=f"{EXAMPLES[options.dim][0]}: {particles} particles, {ours.solver.count} steps")
     console.print(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
     if options.json:
         write_json(options.json, rows)

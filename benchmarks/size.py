@@ -11,7 +11,6 @@ shuffled, and shuffled but put in spatial order again by PySPH's ``reorder_parti
 Exits with 1 unless the time per particle (fluid and wall) and step is flat within 25 %: largest over smallest.
 """
 import argparse
-import json
 import os
 import sys
 import warnings
@@ -20,9 +19,11 @@ from time import perf_counter, process_time
 import machine
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, run_job
+from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.threads import variables
 
 SIDES, QUICK = (17, 27, 40, 58, 80), (17, 24, 34)  # particles along an edge of the cube
@@ -116,10 +117,9 @@ def median(rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="5,000 to 40,000 particles")
+    add_report_options(parser, quick="5,000 to 40,000 particles", report=None)
     parser.add_argument("--orders", action="store_true", help="compare orders of the particles in memory as well")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="OpenMP threads (%(default)s)")
-    parser.add_argument("--json", metavar="FILE", help="write the figures there")
     parser.add_argument("--cpu-time", action="store_true", help="for a busy machine: seconds of the processor, and one "
                         "thread alone")
     options = parser.parse_args()
@@ -136,15 +136,13 @@ def main():
                 found[side, order].append(run_child(side, order, seconds, clock, threads))
     rows = {key: median(values) for key, values in found.items()}
 
-    table = Table("fluid", "wall", "order", "ms a step", "ns per particle and step", "search", "sweeps",
-                  "ns per fluid particle", "bytes per particle",
-                  title=f"{SWEEPS} sweeps, {threads} threads, {rounds} rounds, {clock} time")
-    for (_, order), row in rows.items():
-        table.add_row(f"{row['fluid']:,}", f"{row['wall']:,}", order, f"{row['ms']:.1f}",
-                      f"{row['ns']:.0f} ({row['low']:.0f}-{row['high']:.0f})", f"{row['share']['search']:.0%}",
-                      f"{row['share']['density']:.0%}", f"{1e6 * row['ms'] / row['fluid']:.0f}",
-                      f"{row['bytes']:.0f}")
-    console.print(table)
+    show(console, ("fluid", "wall", "order", "ms a step", "ns per particle and step", "search", "sweeps",
+                   "ns per fluid particle", "bytes per particle"),
+         [(f"{row['fluid']:,}", f"{row['wall']:,}", order, f"{row['ms']:.1f}",
+           f"{row['ns']:.0f} ({row['low']:.0f}-{row['high']:.0f})", f"{row['share']['search']:.0%}",
+           f"{row['share']['density']:.0%}", f"{1e6 * row['ms'] / row['fluid']:.0f}", f"{row['bytes']:.0f}")
+          for (_, order), row in rows.items()],
+         title=f"{SWEEPS} sweeps, {threads} threads, {rounds} rounds, {clock} time")
     for (side, order), row in rows.items():
         if order == "reordered":
             console.print(f"{row['fluid']:,}: putting particles in order takes {row['reorder']:.0f} ms; unordered ones "
@@ -158,9 +156,8 @@ def main():
     console.print(f"{'holds' if flatness <= FLAT else 'FAILS'}: time per particle and step is flat within "
                   f"{FLAT - 1.0:.0%}: largest over smallest {flatness:.2f}")
     if options.json:
-        with open(options.json, "w") as file:
-            json.dump(dict(rows=list(rows.values()), flatness=flatness, bytes=slope, threads=threads, clock=clock),
-                      file, indent=2)
+        write_json(options.json, dict(rows=list(rows.values()), flatness=flatness, bytes=slope, threads=threads,
+                                      clock=clock))
     return 0 if flatness <= FLAT else 1
 
 

@@ -1,6 +1,6 @@
 """All benchmarks in their quick forms, one after the other, and one table of what they found: ``make bench``.
 
-    python benchmarks/summary.py [--against REV] [--only NAME ...] [--markdown FILE]
+    python benchmarks/summary.py [--against REV] [--only NAME ...] [--report FILE.md]
 
 Each of them prints its own tables as it goes. ``--against`` has boil.py measure another version too. The other codes
 of peers.py take part where they are installed already; nothing is fetched here. The first run compiles for half an
@@ -19,9 +19,10 @@ import boil
 import machine
 import peers
 from rich.console import Console
-from rich.table import Table
 
 from pysph_boiling.report import markdown
+from pysph_boiling.report.options import add_report_options
+from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, run_job
 
 HEAD = ("benchmark", "what", "found")
@@ -92,7 +93,7 @@ def main(argv=None):
     parser.add_argument("--against", metavar="REV", help="another version that boil.py measures too")
     parser.add_argument("--only", nargs="+", choices=BENCHMARKS, default=list(BENCHMARKS), metavar="NAME",
                         help=f"of {', '.join(BENCHMARKS)}")
-    parser.add_argument("--markdown", metavar="FILE", help="write the table there")
+    add_report_options(parser, report="write the table there", json=None)
     options = parser.parse_args(argv)
     rows, good, begin = [], True, os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as folder:
@@ -102,12 +103,9 @@ def main(argv=None):
             rows += found
             good &= fine
     title = f"Quick forms, {machine.processors()}, load {begin:.1f} before and {os.getloadavg()[0]:.1f} after"
-    shown = Table(*HEAD, title=title)
-    for row in rows:
-        shown.add_row(*row)
-    Console(width=160).print(shown)
-    if options.markdown:
-        Path(options.markdown).write_text("\n".join([title, "", *markdown.table(HEAD, rows), ""]))
+    show(Console(width=160), HEAD, rows, title)
+    if options.report:
+        markdown.write(options.report, title, markdown.table(HEAD, rows))
     return 0 if good else 1
 
 

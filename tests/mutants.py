@@ -6,7 +6,6 @@ that none of them notices has survived, and the command exits with 1. A mutated 
 20 to 60 s, all of them half an hour.
 """
 import argparse
-import json
 import os
 import re
 import shutil
@@ -17,7 +16,9 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from pysph_boiling.report.options import add_report_options
 from pysph_boiling.runs.jobs import Job, run_job
+from pysph_boiling.runs.ledger import write_json
 
 ROOT = Path(__file__).resolve().parents[1]
 EQUATIONS = Path("pysph_boiling/equations")
@@ -258,8 +259,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(prog="mutants", description=__doc__.split("\n")[0])
     parser.add_argument("--list", action="store_true", help="list the mutants and stop")
     parser.add_argument("--only", metavar="MODULE", help="mutants of one module of pysph_boiling/equations")
-    parser.add_argument("--quick", action="store_true", help="the first mutant of each module")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the outcome to a file too")
+    add_report_options(parser, quick="the first mutant of each module", report=None, json="write the outcome there")
     options = parser.parse_args(argv)
     console = Console(highlight=False)
     try:
@@ -304,7 +304,7 @@ def main(argv=None):
     console.print(table)
     survivors = [row for row in outcome if row["killed_by"] is None]
     if options.json:
-        options.json.write_text(json.dumps({"mutants": outcome, "survivors": len(survivors)}, indent=2) + "\n")
+        write_json(options.json, {"mutants": outcome, "survivors": len(survivors)})
     console.print(f"{len(outcome)} mutants, {len(survivors)} survived, {(time.monotonic() - begin) / 60:.1f} min")
     return 1 if survivors else 0
 

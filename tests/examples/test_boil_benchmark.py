@@ -60,7 +60,7 @@ def test_versions_in_turn(tmp_path, monkeypatch):
     monkeypatch.setattr(boil, "unpack", copied)
     page = tmp_path / "table.md"
     assert boil.main(["--against", "copy", "--hdx", "1.0", "--before", "5", "--steps", "14", "--threads", "1",
-                      "--markdown", str(page), *SMALL]) == 0
+                      "--report", str(page), *SMALL]) == 0
     text = page.read_text()
     assert "| whole step |" in text and "positions agree to 1e-09 spacings after 12 steps: the largest distance is " \
         "0.0e+00" in text

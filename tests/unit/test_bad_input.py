@@ -1,4 +1,5 @@
 """Bad input ends a run at once: a sentence on stderr that names what, where, range and unit; status 2; no file."""
+import os
 import warnings
 from types import SimpleNamespace
 
@@ -38,7 +39,7 @@ COMMANDS = [
     ("list scenes", "unrecognized arguments: scenes"),
     ("run dam_brek", "no scene 'dam_brek'; did you mean 'dam_break'? There are: bubble_"),
     ("rnu dam_break", "no command 'rnu'; did you mean 'run'?"),
-    ("validate --jobs 0", "--jobs must be a whole number >= 1, got 0"),
+    ("validate --jobs 0", f"--jobs must be 1 to {os.cpu_count()}, got 0"),
     ("run dam_break --width 0.001", "particle array 'fluid' is empty: a scene needs at least one particle"),
     ("run steady_boiling --seed -1", "--seed must be >= 0, got -1"),
     ("run steady_boiling --superheat 300", "--superheat must be <= 250.0 K, got 300.0 K"),

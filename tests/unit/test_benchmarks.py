@@ -237,7 +237,7 @@ def test_without_the_other_codes_the_rest_of_the_table_stands(tmp_path, monkeypa
         return Outcome(job, status[job.name], 1.0, "it failed" * status[job.name])
 
     monkeypatch.setattr(summary, "run_job", stand_in)
-    page, arguments = tmp_path / "table.md", ["--only", "size", "peers", "--markdown", str(tmp_path / "table.md")]
+    page, arguments = tmp_path / "table.md", ["--only", "size", "peers", "--report", str(tmp_path / "table.md")]
     assert summary.main(arguments) == 0
     text = page.read_text()
     assert "| size | memory of a particle | 394 bytes |" in text
