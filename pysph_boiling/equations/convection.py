@@ -14,24 +14,24 @@ class ConvectionBoussinesq(Equation):
     Parameters
     ----------
     beta : float         Thermal expansion coefficient [1/K], >= 0.
-    k_wet : float        A particle with k >= k_wet is liquid [W/(m K)], > 0.
+    k_liquid_min : float        A particle with k >= k_liquid_min is liquid [W/(m K)], > 0.
     gx, gy, gz : float   Gravity [m/s^2].
 
     Reads    d_T [K], d_k [W/(m K)], constant convection_T [K].   Writes   d_au, d_av, d_aw [m/s^2], own index only.
     Errors   ValueError if beta < 0.   Limits   The density itself stays rho_0.
     """
 
-    def __init__(self, dest, sources, beta, k_wet, gx=0.0, gy=0.0, gz=0.0):
+    def __init__(self, dest, sources, beta, k_liquid_min, gx=0.0, gy=0.0, gz=0.0):
         if not beta >= 0.0:
             raise ValueError(f"beta must be >= 0 1/K, got {beta}")
-        self.k_wet = float(k_wet)
+        self.k_liquid_min = float(k_liquid_min)
         self.bx = -float(beta) * float(gx)
         self.by = -float(beta) * float(gy)
         self.bz = -float(beta) * float(gz)
         super().__init__(dest, sources)
 
     def post_loop(self, d_idx, d_T, d_k, d_convection_T, d_au, d_av, d_aw):
-        if d_k[d_idx] >= self.k_wet:
+        if d_k[d_idx] >= self.k_liquid_min:
             f = d_T[d_idx] - d_convection_T[0]
             d_au[d_idx] += f * self.bx
             d_av[d_idx] += f * self.by
@@ -51,14 +51,14 @@ class ConvectionGradient(Equation):
     gain : float      c [m^2/(s^2 K)], >= 0.
     largest : float   Largest acceleration [m/s^2], >= 0.
     rho0 : float      Rest density [kg/m^3], > 0.
-    k_wet : float     A particle with k >= k_wet is liquid [W/(m K)], > 0.
+    k_liquid_min : float     A particle with k >= k_liquid_min is liquid [W/(m K)], > 0.
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_gTx, d_gTy, d_gTz [K/m], d_au, d_av, d_aw [m/s^2],
     own index only.   Errors   ValueError if gain < 0 or rho0 <= 0.
     Limits   As the gradient of a field it is balanced by a pressure wherever it is not cut: no rolls without the cap.
     """
 
-    def __init__(self, dest, sources, gain, largest, rho0, k_wet):
+    def __init__(self, dest, sources, gain, largest, rho0, k_liquid_min):
         if not gain >= 0.0:
             raise ValueError(f"gain of the convection must be >= 0 m^2/(s^2 K), got {gain}")
         if not rho0 > 0.0:
@@ -66,7 +66,7 @@ class ConvectionGradient(Equation):
         self.gain = float(gain)
         self.largest = float(largest)
         self.rho0 = float(rho0)
-        self.k_wet = float(k_wet)
+        self.k_liquid_min = float(k_liquid_min)
         super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_gTx, d_gTy, d_gTz):
@@ -75,14 +75,14 @@ class ConvectionGradient(Equation):
         d_gTz[d_idx] = 0.0
 
     def loop(self, d_idx, s_idx, d_gTx, d_gTy, d_gTz, d_T, s_T, s_k, s_m, DWIJ):
-        if s_k[s_idx] >= self.k_wet:
+        if s_k[s_idx] >= self.k_liquid_min:
             f = s_m[s_idx] / self.rho0 * (s_T[s_idx] - d_T[d_idx])
             d_gTx[d_idx] += f * DWIJ[0]
             d_gTy[d_idx] += f * DWIJ[1]
             d_gTz[d_idx] += f * DWIJ[2]
 
     def post_loop(self, d_idx, d_k, d_gTx, d_gTy, d_gTz, d_au, d_av, d_aw):
-        if d_k[d_idx] >= self.k_wet:
+        if d_k[d_idx] >= self.k_liquid_min:
             size = sqrt(d_gTx[d_idx]*d_gTx[d_idx] + d_gTy[d_idx]*d_gTy[d_idx] + d_gTz[d_idx]*d_gTz[d_idx])
             f = self.gain
             if f * size > self.largest:

@@ -11,8 +11,8 @@ from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array 
 from pysph.sph.equation import Equation
 
 __all__ = [
-    "HeatAmbientLoss", "HeatAmbientWall", "HeatConduction", "HeatConductionPaper", "HeatFixedTemperature", "HeatFlux",
-    "HeatFluxWeight", "HeatSource", "HeatTemperature", "HeatTemperatureAfter", "HeatUpdate",
+    "HeatAmbientLoss", "HeatAmbientWall", "HeatConductionClearyMonaghan", "HeatConductionPaper", "HeatFixedTemperature",
+    "HeatFlux", "HeatFluxWeight", "HeatTemperature", "HeatTemperatureAfter", "HeatUniformSource", "HeatUpdate",
 ]
 
 
@@ -73,7 +73,7 @@ class HeatTemperatureAfter(Equation):
         d_T[d_idx] = self.T0 + d_e[d_idx] / self.c
 
 
-class HeatConduction(Equation):
+class HeatConductionClearyMonaghan(Equation):
     r"""Conduction between fluid particles, antisymmetric pair by pair.
 
     .. math::  m_i \frac{de_i}{dt} = \sum_j V_i V_j \frac{4 k_i k_j}{k_i + k_j} (T_i - T_j)
@@ -184,16 +184,16 @@ class HeatFluxWeight(Equation):
 
     Parameters
     ----------
-    k_wet : float   A particle with k >= k_wet is wet [W/(m K)], > 0.
+    k_liquid_min : float   A particle with k >= k_liquid_min is wet [W/(m K)], > 0.
 
     Reads    d_k [W/(m K)], s_heated, constants heater_power [W], heater_on [-], heat_dt [s].
     Writes   d_heater_wet, d_heater_dry [1/m^dim], own index only; constants heater_weight (wet sum, dry sum) and
-    energy_undelivered [J].   Needs   HeatTemperature in an earlier group.   Errors   ValueError if k_wet <= 0.
+    energy_undelivered [J].   Needs   HeatTemperature in an earlier group.   Errors   ValueError if k_liquid_min <= 0.
     """
 
-    def __init__(self, dest, sources, k_wet):
-        _positive(k_wet=(k_wet, "W/(m K)"))
-        self.k_wet = float(k_wet)
+    def __init__(self, dest, sources, k_liquid_min):
+        _positive(k_liquid_min=(k_liquid_min, "W/(m K)"))
+        self.k_liquid_min = float(k_liquid_min)
         super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_heater_wet, d_heater_dry):
@@ -202,7 +202,7 @@ class HeatFluxWeight(Equation):
 
     def loop(self, d_idx, s_idx, d_k, d_heater_wet, d_heater_dry, s_heated, WIJ):
         if s_heated[s_idx] == 1:
-            if d_k[d_idx] >= self.k_wet:
+            if d_k[d_idx] >= self.k_liquid_min:
                 d_heater_wet[d_idx] += WIJ
             else:
                 d_heater_dry[d_idx] += WIJ
@@ -270,7 +270,8 @@ class HeatAmbientLoss(Equation):
     threshold : float     Smallest gradient that counts as a surface [1/m], > 0.
     factor : float        Calibration a [-], > 0.
     c : float             Specific heat capacity of the liquid [J/(kg K)], > 0.
-    c_dry, k_wet : float  That of the vapour, > 0, and the conductivity below which a particle is vapour [W/(m K)].
+    c_vapour : float      That of the vapour [J/(kg K)], > 0.
+    k_liquid_min : float  A particle with k < k_liquid_min is vapour [W/(m K)].
     e_hot : float         Enthalpy of vapour at T_a [J/kg], where that lies above saturation.
 
     Reads    d_T [K], d_e [J/kg], d_k [W/(m K)], d_m, s_m [kg], constant heat_dt [s].   Writes   d_gsx, d_gsy, d_gsz
@@ -280,20 +281,20 @@ class HeatAmbientLoss(Equation):
     leaves as sensible heat does, at most c (T_sat - T_a) in a heat step.
     """
 
-    def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor, c, c_dry=1.0, k_wet=0.0,
-                 e_hot=1e30):
+    def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor, c, c_vapour=1.0,
+                 k_liquid_min=0.0, e_hot=1e30):
         if not coefficient >= 0.0:
             raise ValueError(f"heat transfer coefficient must be >= 0 W/(m^2 K), got {coefficient}")
         _positive(T_ambient=(T_ambient, "K"), rho0=(rho0, "kg/m^3"), threshold=(threshold, "1/m"), factor=(factor, ""),
-                  c=(c, "J/(kg K)"), c_dry=(c_dry, "J/(kg K)"))
+                  c=(c, "J/(kg K)"), c_vapour=(c_vapour, "J/(kg K)"))
         self.coefficient = float(coefficient)
         self.T_ambient = float(T_ambient)
         self.rho0 = float(rho0)
         self.threshold = float(threshold)
         self.factor = float(factor)
         self.c = float(c)
-        self.c_dry = float(c_dry)
-        self.k_wet = float(k_wet)
+        self.c_vapour = float(c_vapour)
+        self.k_liquid_min = float(k_liquid_min)
         self.e_hot = float(e_hot)
         super().__init__(dest, sources)
 
@@ -312,8 +313,8 @@ class HeatAmbientLoss(Equation):
         size = sqrt(d_gsx[d_idx]*d_gsx[d_idx] + d_gsy[d_idx]*d_gsy[d_idx] + d_gsz[d_idx]*d_gsz[d_idx])
         if size > self.threshold:
             c = self.c
-            if d_k[d_idx] < self.k_wet:
-                c = self.c_dry
+            if d_k[d_idx] < self.k_liquid_min:
+                c = self.c_vapour
             rate = self.coefficient * self.factor / self.rho0 * size / c
             fall = rate * d_heat_dt[0]
             if fall > 1e-9:
@@ -355,7 +356,7 @@ class HeatAmbientWall(Equation):
         d_gsz[d_idx] += self.volume * DWIJ[2]
 
 
-class HeatSource(Equation):
+class HeatUniformSource(Equation):
     r"""Uniform volumetric heating, :math:`\rho_0 \dot e = q_s`.
 
     Source: the paper, eqs. 10-16 (the term q_s).

@@ -22,14 +22,14 @@ from pysph_boiling.equations.density_constraint import (
     PBFDensity,
     PBFPositionCorrection,
 )
-from pysph_boiling.equations.heat import HeatConduction, HeatFixedTemperature
+from pysph_boiling.equations.heat import HeatConductionClearyMonaghan, HeatFixedTemperature
 from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope, boiling_uniform, kernel_coefficients
 from pysph_boiling.equations.viscosity import PBFWallFriction, PBFXSPHViscosity
 
 __all__ = [
-    "LEAN", "BubbleDragLean", "HeatConductionLean", "HeatFixedTemperatureLean", "LeanSum", "PBFBoundaryCorrectionLean",
-    "PBFBoundaryDensityLean", "PBFDensityLean", "PBFPositionCorrectionLean", "PBFWallFrictionLean",
-    "PBFXSPHViscosityLean",
+    "LEAN", "BubbleDragLean", "HeatConductionClearyMonaghanLean", "HeatFixedTemperatureLean", "LeanSum",
+    "PBFBoundaryCorrectionLean", "PBFBoundaryDensityLean", "PBFDensityLean", "PBFPositionCorrectionLean",
+    "PBFWallFrictionLean", "PBFXSPHViscosityLean",
 ]
 
 
@@ -298,8 +298,8 @@ class PBFBoundaryCorrectionLean(LeanSum):
             d_dpz[d_idx] += f * pz
 
 
-class HeatConductionLean(LeanSum):
-    """:class:`HeatConduction` for uniform m and h.   Source, Reads and Writes: there."""
+class HeatConductionClearyMonaghanLean(LeanSum):
+    """:class:`HeatConductionClearyMonaghan` for uniform m and h.   Source, Reads and Writes: there."""
 
     def _get_helpers_(self):
         return [boiling_kernel_slope]
@@ -508,7 +508,7 @@ class BubbleDragLean(LeanSum):
 
 LEAN = {  # general equation -> the lean sum that takes its place
     BubbleDrag: BubbleDragLean,
-    HeatConduction: HeatConductionLean,
+    HeatConductionClearyMonaghan: HeatConductionClearyMonaghanLean,
     HeatFixedTemperature: HeatFixedTemperatureLean,
     PBFBoundaryCorrection: PBFBoundaryCorrectionLean,
     PBFBoundaryDensity: PBFBoundaryDensityLean,

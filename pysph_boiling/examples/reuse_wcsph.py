@@ -18,7 +18,7 @@ from pysph.sph.scheme import WCSPHScheme
 
 from pysph_boiling.checks import require
 from pysph_boiling.device import send
-from pysph_boiling.equations.heat import HeatConduction, HeatTemperature, HeatTemperatureAfter, HeatUpdate
+from pysph_boiling.equations.heat import HeatConductionClearyMonaghan, HeatTemperature, HeatTemperatureAfter, HeatUpdate
 from pysph_boiling.files import last_output, output_files, read_output
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import add_properties, host
@@ -51,7 +51,7 @@ def heat_groups(fluid):
     """
     return [
         Group([HeatTemperature(fluid, None, T0=T_MEAN, c=WATER.c_l, k=WATER.k_l)], real=False, name="heat_temperature"),
-        Group([HeatConduction(fluid, [fluid], rho0=WATER.rho_l), HeatUpdate(fluid, None),
+        Group([HeatConductionClearyMonaghan(fluid, [fluid], rho0=WATER.rho_l), HeatUpdate(fluid, None),
                HeatTemperatureAfter(fluid, None, T0=T_MEAN, c=WATER.c_l)], name="heat_exchange"),
     ]
 

@@ -44,12 +44,13 @@ def bound(what, values, low, high):
     return Bound(what, min(values), max(values), float(low), float(high))
 
 
-def judged(paper, ours, bounds, why="", told=True):
-    """A :class:`Statement` that agrees where every figure is within its bounds; NaN is not. Not ``told``: no verdict.
+def judged(paper, ours, bounds, why="", conclusive=True):
+    """A :class:`Statement` that agrees where every figure is within its bounds; NaN is not.
 
-    ``why`` is why it disagrees; what it would take to agree is said first.
+    Where it is not ``conclusive`` there is no verdict. ``why`` is why it disagrees; what it would take to agree is said
+    first.
     """
-    agrees = all(one.low <= one.least and one.most <= one.high for one in bounds) if told else None
+    agrees = all(one.low <= one.least and one.most <= one.high for one in bounds) if conclusive else None
     terms = ", ".join(f"{one.what} {one.low:.3g} to {one.high:.3g}" for one in bounds)
     return Statement(paper, ours, agrees, f"agrees with {terms}" + (f"; {why}" if why and not agrees else ""), bounds)
 

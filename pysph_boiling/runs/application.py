@@ -686,7 +686,7 @@ class SceneApplication(Application):
         return "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
             "openmp" if config.use_openmp else "cython"
 
-    def told_parameters(self):
+    def recorded_parameters(self):
         """Parameters as ``run.json`` holds them; what an option of an effect has replaced says so (``replaced_by``)."""
         rows = with_units(self.parameters)
         for spec in dataclasses.fields(self.parameters):
@@ -725,7 +725,7 @@ class SceneApplication(Application):
             "quality": options.quality or "scene",
             "steps": self.solver.count,
             "particles": self.counts(),
-            "parameters": self.told_parameters(),
+            "parameters": self.recorded_parameters(),
             "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
                         for slot, effect in scheme.effects.items()},
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},

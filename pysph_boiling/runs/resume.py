@@ -16,6 +16,9 @@ from pysph_boiling.runs.ledger import load_results
 __all__ = ["Resumed", "Setting", "settings", "with_units"]
 
 
+NEW_PROPERTIES = {"aim": "target_radius"}  # old name -> new name of a property in the files of earlier versions
+
+
 class Setting(NamedTuple):
     """Something that makes a run what it is: its name in messages, its value and unit, and whether it may change."""
 
@@ -109,6 +112,14 @@ def compare(application, record, t):
     return changes
 
 
+def use_new_names(pa):
+    """Give an array of a particle file its properties under the names that they have now."""
+    for old, new in NEW_PROPERTIES.items():
+        if old in pa.properties:
+            pa.add_property(new, data=pa.get(old, only_real_particles=False))
+            pa.add_output_arrays([new])
+
+
 class Resumed:
     """The state of an interrupted run, from one of its particle files, and the results and ``run.json`` beside it.
 
@@ -134,6 +145,8 @@ class Resumed:
         self.constants = {}
         for pa in arrays:
             stored = found.get(pa.name)
+            if stored is not None:
+                use_new_names(stored)
             lacks = ["it"] if stored is None else [
                 *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
                 *sorted(set(pa.constants) - set(stored.constants))]

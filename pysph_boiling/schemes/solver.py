@@ -33,7 +33,8 @@ from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
 from pysph_boiling.threads import end_on_interrupt
 
-__all__ = ["StagedSolver", "build_side_by_side", "lean", "vector_flags", "vector_tag", "vectorised"]
+__all__ = ["StagedSolver", "build_side_by_side", "strip_unused_declarations", "vector_flags", "vector_tag",
+           "vectorised"]
 
 NEVER = (-1.0,)  # step at which particles were sorted last
 
@@ -70,7 +71,7 @@ def vector_tag():
     return f"_{zlib.crc32(' '.join(flags).encode()):08x}" if flags else ""
 
 
-def lean(source):
+def strip_unused_declarations(source):
     """The source of a module of PySPH's, whose wrapper of particle arrays declares the arrays that it uses alone.
 
     PySPH declares every property and constant there is, so that no two scenes with other effects share a module. What
@@ -90,11 +91,11 @@ def lean(source):
     return f"{head}{begin}    cdef dict __dict__\n{wrapper}{end}{tail}"
 
 
-class LeanHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
-    """PySPH's generator of one module, made :func:`lean`."""
+class StrippedHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
+    """PySPH's generator of one module, through :func:`strip_unused_declarations`."""
 
     def compile(self, code):
-        return super().compile(lean(code))
+        return super().compile(strip_unused_declarations(code))
 
 
 class VectorModule(CheckedModule):
@@ -107,14 +108,15 @@ class VectorModule(CheckedModule):
 
 @contextmanager
 def vectorised():
-    """PySPH compiles with :func:`vector_flags` inside this block, :func:`lean` modules without code to pickle kernels.
+    """PySPH compiles with :func:`vector_flags` inside this block, and without what a module does not need.
 
-    Its cache knows a module by its source alone: sources must say which flags they are for, by :func:`vector_tag`.
+    That is unused declarations (:func:`strip_unused_declarations`) and code to pickle kernels. Its cache knows a module
+    by its source alone: sources must say which flags they are for, by :func:`vector_tag`.
     """
-    directives, plain = get_directive_defaults(), LeanHelper.__base__
+    directives, plain = get_directive_defaults(), StrippedHelper.__base__
     before = directives["auto_pickle"]
     directives["auto_pickle"] = False  # a quarter of the compiler's work
-    acceleration_eval_cython_helper.AccelerationEvalCythonHelper = LeanHelper
+    acceleration_eval_cython_helper.AccelerationEvalCythonHelper = StrippedHelper
     try:
         with load_as(VectorModule):
             yield
@@ -137,7 +139,7 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="s
     helpers = compiler.acceleration_eval_helpers
     sources = [compiler._get_code(), *(helper.get_code() for helper in helpers[1:])]
     names = list(getattr(integrator, "stages", ())) or [f"stage {number}" for number in range(len(sources))]
-    modules = [VectorModule.of(lean(source)) for source in sources]
+    modules = [VectorModule.of(strip_unused_declarations(source)) for source in sources]
     missing = [number for number, module in enumerate(modules) if not module.whole()]
     if not missing:
         return

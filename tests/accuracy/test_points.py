@@ -7,7 +7,15 @@ from dataclasses import dataclass, field
 import pytest
 
 from pysph_boiling.evaluation.accuracy import knobs, measure, results
-from pysph_boiling.evaluation.accuracy.knobs import Study, Trend, along, changed, fixed_sweeps, together, told
+from pysph_boiling.evaluation.accuracy.knobs import (
+    Study,
+    Trend,
+    along,
+    changed,
+    describe_settings,
+    fixed_sweeps,
+    together,
+)
 from pysph_boiling.evaluation.accuracy.measure import Points
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.schemes.effects import DensityConstraint
@@ -65,13 +73,13 @@ def test_settings_reach_fields_and_effects():
 
 def test_combinations_and_words():
     settings = together(along("dt_factor", 0.14, 0.07), fixed_sweeps(2, 4))
-    assert len(settings) == 4 and told(settings[1]) == "step/t* 0.14, 4 sweeps"
-    assert told({}) == "default settings"
-    assert told({"kernel": "WendlandQuintic", "hdx": 1.5}) == "WendlandQuintic, h/dx 1.5"
-    assert told({"density.min_sweeps": 2, "density.max_sweeps": 4, "density.tolerance": 0.01}) == (
+    assert len(settings) == 4 and describe_settings(settings[1]) == "step/t* 0.14, 4 sweeps"
+    assert describe_settings({}) == "default settings"
+    assert describe_settings({"kernel": "WendlandQuintic", "hdx": 1.5}) == "WendlandQuintic, h/dx 1.5"
+    assert describe_settings({"density.min_sweeps": 2, "density.max_sweeps": 4, "density.tolerance": 0.01}) == (
         "2 to 4 sweeps, until 0.01")
-    assert told({"pooled": False, "vapour_as_site": True}) == "not pooled, vapour as site"
-    assert told({"density.max_sweeps": 60, "density.tolerance": 1e-3}) == "at most 60 sweeps, until 0.001"
+    assert describe_settings({"pooled": False, "vapour_as_site": True}) == "not pooled, vapour as site"
+    assert describe_settings({"density.max_sweeps": 60, "density.tolerance": 1e-3}) == "at most 60 sweeps, until 0.001"
 
 
 def test_a_point_is_run_once_whatever_asks_for_it():

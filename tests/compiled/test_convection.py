@@ -11,7 +11,7 @@ from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, Convection, HeatConduction, Heater
 
 DX, WIDTH, FILL = 0.004, 30, 20  # m, and in spacings
-BETA, GAIN, LARGEST, RHO0, K_WET = 2e-3, 0.03, 1.5, 958.0, 0.1
+BETA, GAIN, LARGEST, RHO0, K_LIQUID_MIN = 2e-3, 0.03, 1.5, 958.0, 0.1
 GRAVITY = np.array([1.0, -2.0, -9.0])
 
 
@@ -25,10 +25,12 @@ def test_both_forms_equal_the_reference():
     fluid.T[:], fluid.k[:] = random.uniform(300.0, 400.0, n), np.where(random.uniform(size=n) < 0.8, 0.6, 0.02)
     fluid.m *= random.uniform(0.5, 2.0, n)
     run = Evaluator([fluid], one_group_each([
-        ConvectionBoussinesq("fluid", None, beta=BETA, k_wet=K_WET, **dict(zip(("gx", "gy", "gz"), GRAVITY))),
-        ConvectionGradient("fluid", ["fluid"], gain=GAIN, largest=LARGEST, rho0=RHO0, k_wet=K_WET)]), dim=3)
+        ConvectionBoussinesq("fluid", None, beta=BETA, k_liquid_min=K_LIQUID_MIN,
+                             **dict(zip(("gx", "gy", "gz"), GRAVITY))),
+        ConvectionGradient("fluid", ["fluid"], gain=GAIN, largest=LARGEST, rho0=RHO0, k_liquid_min=K_LIQUID_MIN),
+    ]), dim=3)
     run.run()
-    wet = fluid.k >= K_WET
+    wet = fluid.k >= K_LIQUID_MIN
     gradient, G, zero = np.zeros((n, 3)), np.zeros(3), np.zeros(3)
     for i, j in np.ndindex(n, n):
         x = np.array([fluid.x[i] - fluid.x[j], fluid.y[i] - fluid.y[j], fluid.z[i] - fluid.z[j]])

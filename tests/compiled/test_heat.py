@@ -21,8 +21,8 @@ from pysph_boiling.schemes.effects.heat import HeaterSwitch
 
 ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
 RHO0, T0, CAPACITY, CONDUCTIVITY = 958.0, 373.15, 4216.0, 0.679
-DRY = 2000.0  # capacity of what conducts less than K_WET
-K_WET = 0.3  # particles that conduct better are liquid
+DRY = 2000.0  # capacity of what conducts less than K_LIQUID_MIN
+K_LIQUID_MIN = 0.3  # particles that conduct better are liquid
 N_FLUID, N_WALL = 60, 20
 HEAT_DT, POWER, T_HEATER, POWER_DENSITY, ETA, T_AMBIENT = 0.5, 120.0, 420.0, 1e6, 30.0, 290.0
 SHORT = 1e-6  # s; so short that temperatures do not change
@@ -46,19 +46,19 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
 
     def loss(coefficient, **more):
         return [heat.HeatAmbientLoss(
-            "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, c_dry=DRY,
-            k_wet=K_WET, threshold=threshold / spacing, factor=loss_factor, **more),
+            "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, c_vapour=DRY,
+            k_liquid_min=K_LIQUID_MIN, threshold=threshold / spacing, factor=loss_factor, **more),
             heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)]
 
     kernels = Kernels([fluid, wall], {
         "temperature": [heat.HeatTemperature("fluid", None, T0=T0, c=CAPACITY, k=CONDUCTIVITY)],
-        "conduction": [heat.HeatConduction("fluid", ["fluid"], rho0=RHO0)],
+        "conduction": [heat.HeatConductionClearyMonaghan("fluid", ["fluid"], rho0=RHO0)],
         "paper": [heat.HeatConductionPaper("fluid", ["fluid"])],
         "fixed": [heat.HeatFixedTemperature("fluid", ["wall"], rho0=RHO0, spacing=spacing, dim=dim)],
-        "weights": [heat.HeatFluxWeight("fluid", ["wall"], k_wet=K_WET)],
+        "weights": [heat.HeatFluxWeight("fluid", ["wall"], k_liquid_min=K_LIQUID_MIN)],
         "flux": [heat.HeatFlux("fluid", None)],
         "loss": loss(ETA), "much_loss": loss(MUCH), "hot_loss": loss(MUCH, e_hot=E_HOT),
-        "source": [heat.HeatSource("fluid", None, density=POWER_DENSITY, rho0=RHO0)],
+        "source": [heat.HeatUniformSource("fluid", None, density=POWER_DENSITY, rho0=RHO0)],
         "update": [heat.HeatUpdate("fluid", None), heat.HeatTemperatureAfter("fluid", None, T0=T0, c=CAPACITY)],
     }, dim=dim, domain=domain)
     kernels.dim, kernels.spacing, kernels.loss_factor = dim, spacing, loss_factor
@@ -252,7 +252,7 @@ def test_heater_flux_is_delivered_exactly_and_to_the_liquid_if_there_is_any(kern
     if phases != "both":
         fluid.k[:] = 0.6 if phases == "liquid" else 0.025
     W, _ = pairs(fluid, wall, kernels.kernel)
-    weight = W @ wall.heated * ((fluid.k >= K_WET) | (phases == "vapour"))
+    weight = W @ wall.heated * ((fluid.k >= K_LIQUID_MIN) | (phases == "vapour"))
     assert 5 < np.count_nonzero(weight) < N_FLUID - 5  # some are in reach
     kernels.run("weights", "flux")
     close(fluid.m * fluid.ae, POWER * weight / weight.sum())
@@ -345,7 +345,7 @@ def test_ambient_loss_equals_the_reference(kernels, group, coefficient):
     surface = size > CLOUD_THRESHOLD / kernels.spacing
     assert 5 < surface.sum() < N_FLUID - 5
     area = kernels.loss_factor * m / RHO0 * size * surface
-    c = np.where(fluid.k >= K_WET, CAPACITY, DRY)
+    c = np.where(fluid.k >= K_LIQUID_MIN, CAPACITY, DRY)
     fluid.ae[:] = before = c * np.random.default_rng(4).normal(0.0, 20.0, N_FLUID) / HEAT_DT
     T = fluid.T + HEAT_DT * before / c
     share = -np.expm1(-coefficient * area / (m * c) * HEAT_DT)

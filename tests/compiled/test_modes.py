@@ -264,7 +264,7 @@ def test_rate_of_absorption_and_radius(rate, share):
 
 def test_default_rate_is_that_of_conduction():
     scheme = frozen_scheme(rate=None)
-    assert scheme.effects["storage"].resolved(scheme.scene()) == pytest.approx(
+    assert scheme.effects["storage"].rate_in(scheme.scene()) == pytest.approx(
         4.0 * WATER.k_l / (WATER.rho_l * WATER.c_l * DX**2))
 
 

@@ -210,7 +210,7 @@ def test_displacement_and_work_equal_the_reference(dim, form, gradient, period):
                           period=period, dim=dim, bounds=band(label) if form == "band" else relative(label, m, dim))
     pushed = {b for b in (7, 3, 30, 60) if np.any(want[label == b])}
     assert len(pushed) >= 2 and 60 not in pushed and len(cut) >= 2 * (period > 0.1)
-    bubbles.fluid.thrust[:] = 1.0  # what was there before is no matter
+    bubbles.fluid.push_multiplier[:] = 1.0  # what was there before is no matter
     for axis, name in enumerate(("sx", "sy", "sz")):
         bubbles.fluid.get(name)[:] = moved[:, axis]
     got = bubbles.push(moving=True)
@@ -358,18 +358,18 @@ def test_majority_tells_target_and_direction_of_a_merged_bubble():
     points = ball(2.0, 3)
     n = len(points)
     bubbles = Bubbles(points, dim=3, form="hysteresis", period=1.0, lower=0.9, upper=1.1)
-    aim = bubbles.fluid.aim
-    aim[:] = np.where(np.arange(n) < 0.6 * n, -1.02, 1.07)
-    aim[-2:] = 0.0  # new vapour
+    target = bubbles.fluid.target_radius
+    target[:] = np.where(np.arange(n) < 0.6 * n, -1.02, 1.07)
+    target[-2:] = 0.0  # new vapour
     bubbles.effect.solve(bubbles.scene, [bubbles.fluid])
-    np.testing.assert_allclose(aim, -(1.02 - 2.0 * 0.2 * 1e-3), rtol=1e-12)
-    aim[:] = 1.0999
+    np.testing.assert_allclose(target, -(1.02 - 2.0 * 0.2 * 1e-3), rtol=1e-12)
+    target[:] = 1.0999
     bubbles.fluid.pushes[0] = 0.0
     bubbles.effect.solve(bubbles.scene, [bubbles.fluid])
-    np.testing.assert_allclose(aim, -(1.1 - (4e-4 - 1e-4)), rtol=1e-12)  # turned at the bound
+    np.testing.assert_allclose(target, -(1.1 - (4e-4 - 1e-4)), rtol=1e-12)  # turned at the bound
     bubbles.fluid.phase[:3], bubbles.fluid.pushes[0] = Phase.LIQUID, 0.0
     bubbles.effect.solve(bubbles.scene, [bubbles.fluid])
-    assert np.all(aim[:3] == 0.0) and np.all(aim[3:] != 0.0)
+    assert np.all(target[:3] == 0.0) and np.all(target[3:] != 0.0)
 
 
 # --- volumes by the Rayleigh-Plesset equation -------------------------------------------------------------------------

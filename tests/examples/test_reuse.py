@@ -13,7 +13,7 @@ from pysph_boiling.examples import reuse_wcsph
 from pysph_boiling.files import last_output, read_output
 
 HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_tvf": "TVFScheme"}
-GUESTS = [heat.HeatTemperature, heat.HeatConduction, heat.HeatUpdate, heat.HeatTemperatureAfter]
+GUESTS = [heat.HeatTemperature, heat.HeatConductionClearyMonaghan, heat.HeatUpdate, heat.HeatTemperatureAfter]
 
 
 @pytest.fixture(scope="module", params=HOSTS)

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
                                                   ([0.5, 1.2], False), ([math.nan], False)])
 def test_a_figure_off_either_end_disagrees(measured, agrees):
     assert judged("p", "o", [bound("x", measured, 0.1, 1.0)], "why").agrees is agrees
-    assert judged("p", "o", [bound("x", measured, 0.1, 1.0)], told=False).agrees is None
+    assert judged("p", "o", [bound("x", measured, 0.1, 1.0)], conclusive=False).agrees is None
 
 
 @pytest.mark.parametrize("ends", [(0.1, math.inf), (-math.inf, 1.0), (1.0, 0.1), (math.nan, 1.0)])

@@ -1,14 +1,19 @@
 """Names that were changed: who gives an old one is told the new one, on the command line, in Python, at a restart."""
 import dataclasses
+import importlib
 import json
+import pkgutil
 
+import numpy as np
 import pytest
+from pysph.base.utils import get_particle_array
 
+import pysph_boiling.equations
 from pysph_boiling.cli import main
 from pysph_boiling.examples import scene_class, scenes
 from pysph_boiling.names import RENAMED, check_renamed, current_name, former_names
 from pysph_boiling.runs.application import SceneApplication
-from pysph_boiling.runs.resume import compare, settings, with_units
+from pysph_boiling.runs.resume import compare, settings, use_new_names, with_units
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import EFFECTS
 
@@ -69,6 +74,19 @@ def test_old_option_is_refused_with_the_new_one(scene, old, new, tmp_path, monke
     assert main(["run", scene, old, "1"]) == 2
     assert capsys.readouterr().err == f"pysph-boiling: {old} is called {new} now\n"
     assert not list(tmp_path.iterdir())
+
+
+def test_property_of_an_old_file_is_read_under_its_new_name():
+    pa = get_particle_array(name="fluid", x=np.arange(3.0), aim=[0.9, 1.0, 1.1])
+    use_new_names(pa)
+    np.testing.assert_array_equal(pa.target_radius, [0.9, 1.0, 1.1])
+    assert "target_radius" in pa.output_property_arrays
+
+
+def test_no_effect_and_equation_share_a_name():
+    equations = {name for module in pkgutil.iter_modules(pysph_boiling.equations.__path__)
+                 for name in importlib.import_module(f"pysph_boiling.equations.{module.name}").__all__}
+    assert len(equations) > 40 and not equations & {cls.__name__ for classes in EFFECTS.values() for cls in classes}
 
 
 @pytest.mark.parametrize("scene", SCENES)

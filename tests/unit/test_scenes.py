@@ -49,7 +49,7 @@ def test_scene_without_an_effect_is_told_rightly_or_refused(name, slot):
     assert all(math.isfinite(value) and unit for value, unit in facts.values()), facts
     assert (slot in application.scheme.effects) is False
     assert not any("superheat" in fact for fact in facts) or slot != "heater" or name == "explosive_boiling"
-    rows = application.told_parameters()
+    rows = application.recorded_parameters()
     for spec_name, row in rows.items():
         if row.get("replaced_by"):
             assert row["replaced_by"] == f"--no-{slot}", spec_name
@@ -83,9 +83,9 @@ def test_facts_are_those_of_the_heater_that_was_built():
     ("superheat_sites", ["--mode", "gu"], "superheat_limit", "--no-burst"),
 ])
 def test_record_tells_which_parameters_an_option_has_replaced(name, options, parameter, by):
-    rows = built(name, *options).told_parameters()
+    rows = built(name, *options).recorded_parameters()
     assert rows[parameter]["replaced_by"] == by
-    assert not any("replaced_by" in row for row in built(name).told_parameters().values())
+    assert not any("replaced_by" in row for row in built(name).recorded_parameters().values())
 
 
 @pytest.mark.parametrize(("name", "options", "said"), [

@@ -73,6 +73,6 @@ cdef class ParticleArrayWrapper:
     for before, after in (("Wrapper:\n", "Wrapper:\n    cdef dict __dict__\n"), ("T, d, e, x, y", "d, e, x"),
                           ("    cdef public IntArray phase\n", "")):
         wanted = wanted.replace(before, after)
-    assert solver.lean(source) == wanted
+    assert solver.strip_unused_declarations(source) == wanted
     with pytest.raises(RuntimeError, match="generated wrapper"):
-        solver.lean("nothing of the kind")
+        solver.strip_unused_declarations("nothing of the kind")

@@ -57,7 +57,7 @@ def make(findings, points, folder):
     if study.others is not None:
         names = [name for name in names if name in study.others]
 
-    def told(number, row):
+    def cells(number, row):
         record = row.record
         sweeps = record.get("facts", {}).get("sweeps")
         return [number, row.settings, row.preset, percent(row.error),
@@ -67,7 +67,7 @@ def make(findings, points, folder):
 
     columns = ("", "settings", "preset", "error", *(name.replace("_", " ") for name in names), "sweeps a step",
                "cost [s/s]", "spread", "runs")
-    tables = [Table(columns, [told(number, rows[k]) for number, k in enumerate(findings.front, 1)],
+    tables = [Table(columns, [cells(number, rows[k]) for number, k in enumerate(findings.front, 1)],
                     "The front. Cost is wall seconds per simulated second, median of the runs; spread is half their "
                     "range over it. What settings do not name is a default.")]
     presets = findings.presets()

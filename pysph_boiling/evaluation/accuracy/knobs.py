@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pysph_boiling.names import unknown
 from pysph_boiling.schemes.quality import QUALITIES
 
-__all__ = ["STUDIES", "Study", "Trend", "along", "changed", "fixed_sweeps", "studies", "together", "told"]
+__all__ = ["STUDIES", "Study", "Trend", "along", "changed", "fixed_sweeps", "studies", "together", "describe_settings"]
 
 
 def along(field, *values):
@@ -57,7 +57,7 @@ NAMES = {"dt_factor": "step/t*", "density.omega": "omega", "density.chebyshev_ra
          "radius": "radius/dx"}
 
 
-def told(settings):
+def describe_settings(settings):
     """Settings in words; what is not named is as in the problem's own default."""
     if not settings:
         return "default settings"

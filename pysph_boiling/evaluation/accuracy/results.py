@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pysph_boiling.evaluation.accuracy.front import Order, order, pareto, spread
-from pysph_boiling.evaluation.accuracy.knobs import Study, changed, told
+from pysph_boiling.evaluation.accuracy.knobs import Study, changed, describe_settings
 from pysph_boiling.report.sections import Statement
 from pysph_boiling.schemes.quality import QUALITIES
 
@@ -47,7 +47,7 @@ def find(study, points, quick, claims=None):
     """The :class:`Findings` of a study whose problems were all run."""
     error = errors(study, points)
     presets = study.preset_points()
-    every = [(changed(study.problem, settings), told(settings), ", ".join(knobs))
+    every = [(changed(study.problem, settings), describe_settings(settings), ", ".join(knobs))
              for settings, knobs in study.settings()]
     known = {problem for problem, _, _ in every}
     every += [(problem, "", "presets") for problem in dict.fromkeys(presets.values()) if problem not in known]

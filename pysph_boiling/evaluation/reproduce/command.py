@@ -26,8 +26,8 @@ def make(figure, results, root, quick):
     section.commands = [run.command for run in own]
     section.origins = [origin(results[run.name].record) for run in own]
     section.save(folder)
-    told = [statement.agrees for statement in section.statements]
-    return f"{figure.key}: {section.title}: {told.count(True)} of {len(told)} statements agree"
+    verdicts = [statement.agrees for statement in section.statements]
+    return f"{figure.key}: {section.title}: {verdicts.count(True)} of {len(verdicts)} statements agree"
 
 
 def reproduce(arguments):

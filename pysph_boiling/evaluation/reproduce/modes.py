@@ -131,7 +131,7 @@ class ModesCounts(ModesPictures):
                    [bound("last over middle third", [ratio for _, ratio in ours], 1.0 / BOUNDED, BOUNDED),
                     bound("share of all particles", [n / total for n in count["dynamic"]], 0.001, 0.5)],
                    "The pool still warms, so more of it is counted as superheated." if max(bursts) > 0.0 else
-                   "No region burst: what bounds it is the sites.", told=max(bursts) > 0.0),
+                   "No region burst: what bounds it is the sites.", conclusive=max(bursts) > 0.0),
             judged("Li & Xiao's superheats more liquid than ours once it boils.",
                       f"{spread(count['li_xiao'])} superheated particles in the second half, ours "
                       f"{spread(count['dynamic'])}; theirs grows by a factor {spread(theirs)} from the middle to the "

@@ -117,7 +117,7 @@ def statements():
     """What the paper's text says of the transitions, and the row of the table that answers."""
     table = {(edge.source, edge.target): edge for edge in EDGES}
     L, T, S, V = Phase
-    told = [
+    transitions = [
         ("Liquid that reaches saturation with a nucleation site near it starts its phase change.", L, T, "not negative",
          True, "phase_change"),
         ("Liquid that reaches saturation without a site near it is superheated.", L, S, "not negative", False,
@@ -131,7 +131,7 @@ def statements():
          None, "condensation"),
     ]
     rows = []
-    for paper, source, target, enthalpy, kinetic, by in told:
+    for paper, source, target, enthalpy, kinetic, by in transitions:
         edge, ours = table.get((source, target)), "no such edge"
         if edge:
             ours = f"{NAMES[source]} → {NAMES[target]} on {trigger(edge)}; {change_of_heat(edge)}"
@@ -148,7 +148,7 @@ def statements():
         form == "convert",
         "" if form == "convert" else f"Conversion would make a particle half way to vapour {jump:.0f} K hotter in one "
         "step. The paper's form is there as --phases.interrupt convert."))
-    known = {(source, target) for _, source, target, *_ in told} | {(T, S)}
+    known = {(source, target) for _, source, target, *_ in transitions} | {(T, S)}
     more = [edge for edge in EDGES if (edge.source, edge.target) not in known]
     rows.append(Statement(
         "These seven transitions are all that the text describes.",

@@ -83,7 +83,7 @@ class Models(Figure):
                  f"warm (e = {WARM} L), hot ({HOT} L) or cold ({COLD} L), with a site or without one.")
 
     def statement(self, aspect, k, ours):
-        def told(cells):
+        def text(cells):
             return "; ".join(f"{MODES[mode].source}: {cell}" for mode, cell in cells.items())
 
         paper, own = ({mode: PAPER_MODELS[mode][k] for mode in ours}, {mode: ours[mode][aspect] for mode in ours})
@@ -94,7 +94,7 @@ class Models(Figure):
                 "says thermodynamic. Here a site fills from liquid above saturation, and what it turns into vapour may "
                 "be colder.",
         }
-        return Statement(f"{aspect}. {told(paper)}", told(own), paper == own,
+        return Statement(f"{aspect}. {text(paper)}", text(own), paper == own,
                          "" if paper == own else why.get(aspect, ""))
 
 
@@ -109,11 +109,11 @@ class HeatChannels(Figure):
         rows, statements = [], []
         for phase, paper in PAPER_CHANNELS.items():
             own, literal = channels(phase), channels(phase, **papers)
-            rows.append((NAMES[phase], f"{paper} heat", told(own), told(literal)))
+            rows.append((NAMES[phase], f"{paper} heat", describe_channels(own), describe_channels(literal)))
             agrees = {kind for _, kind in own} == {paper}
             as_paper = {kind for _, kind in literal} == {paper}
             statements.append(Statement(
-                f"{NAMES[phase].capitalize()}: {paper} heat", told(own), agrees,
+                f"{NAMES[phase].capitalize()}: {paper} heat", describe_channels(own), agrees,
                 "" if agrees else WHY[phase] + (f" With {OPTION[phase]} it agrees." if as_paper else "")))
         columns = ("state", "the paper", "ours", "ours in the paper's forms")
         return self.section(
@@ -133,7 +133,7 @@ WHY = {
 OPTION = {Phase.SUPERHEATED: "--phases.interrupt convert", Phase.VAPOUR: "--condensation.form paper"}
 
 
-def told(found):
+def describe_channels(found):
     """Text for what :func:`channels` found: one word if it is the same in all ranges."""
     kinds = list(dict.fromkeys(kind for _, kind in found))
     if len(kinds) == 1:

@@ -75,16 +75,16 @@ def measure(case, run, bounds):
 
 def safeguards(run):
     """Which safeguards acted, and how often."""
-    told = []
+    parts = []
     for name, text in (("n_split", "split steps {}"), ("n_limited", "limiter {}"), ("n_projected", "container {}"),
                        ("n_unconverged", "unconverged steps {}"),
                        ("n_clamped", "volume held {}")):
         if name in run.table and run.table[name][-1] > 0:
-            told.append(text.format(int(run.table[name][-1])))
+            parts.append(text.format(int(run.table[name][-1])))
     heat = max(run.table.get("heat_subcycles", [1.0]))
     if heat > 1.0:
-        told.append(f"heat steps {int(heat)}")
-    return ", ".join(told)
+        parts.append(f"heat steps {int(heat)}")
+    return ", ".join(parts)
 
 
 def perform(name, steps, bounds):

@@ -149,9 +149,9 @@ class Cohesion(Effect):
 
     # strength g dt^2/spacing: what a step's pull and the density constraint's answer leave over does work. Above this a
     # bubble at rest stirs the pool ever more, in 30 t* at .04 (2-D) and .015 (3-D).
-    CALM = MappingProxyType({2: 0.025, 3: 0.01})
+    MAX_COHESION_NUMBER = MappingProxyType({2: 0.025, 3: 0.01})
 
-    def resolved(self, scene):
+    def strength_in(self, scene):
         return self.strength if self.strength is not None else {2: 5.0, 3: 2.0}[scene.dim]
 
     def check(self, scene, arrays):
@@ -160,14 +160,14 @@ class Cohesion(Effect):
                              f"the kernel), got {self.radius}")
 
     def warnings(self, scene, dt):
-        number = self.resolved(scene) * scene.g * dt * dt / scene.spacing
-        if number > self.CALM[scene.dim] * (1.0 + 1e-9):
-            yield (f"tension.strength g dt^2/spacing = {number:.2g} is above {self.CALM[scene.dim]}: bubbles stir the "
+        number, bound = self.strength_in(scene) * scene.g * dt * dt / scene.spacing, self.MAX_COHESION_NUMBER[scene.dim]
+        if number > bound * (1.0 + 1e-9):
+            yield (f"tension.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the "
                    "liquid; use a shorter step or less cohesion")
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", surface_tension.BubbleCohesion(
-            fluid, list(scene.fluids), strength=self.resolved(scene) * scene.g,
+            fluid, list(scene.fluids), strength=self.strength_in(scene) * scene.g,
             radius=scene.bubble_radius(self.radius)))
 
 
@@ -182,12 +182,12 @@ class SiteAdhesion(Effect):
     strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
-    def resolved(self, scene):
+    def strength_in(self, scene):
         return self.strength if self.strength is not None else {2: 15.0, 3: 8.0}[scene.dim]
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", surface_tension.BubbleSiteAdhesion(
-            fluid, list(scene.sites), strength=self.resolved(scene) * scene.g, radius=self.radius * scene.spacing,
+            fluid, list(scene.sites), strength=self.strength_in(scene) * scene.g, radius=self.radius * scene.spacing,
             spacing=scene.spacing))
 
 
@@ -203,12 +203,12 @@ class Drag(Effect):
 
     RATE: ClassVar[float] = 0.35  # of 1/t*; tuned
 
-    def resolved(self, scene):
+    def rate_in(self, scene):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
 
     def rate_of_velocity(self, scene):
-        return self.resolved(scene)
+        return self.rate_in(scene)
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", buoyancy.BubbleDrag(
-            fluid, list(scene.fluids), rate=self.resolved(scene), rho0=scene.rho0))
+            fluid, list(scene.fluids), rate=self.rate_in(scene), rho0=scene.rho0))

@@ -9,7 +9,7 @@ from pysph_boiling.particles import Property
 from pysph_boiling.schemes.effects.base import Effect, Rule, cumulative, param
 from pysph_boiling.schemes.stages import Term
 
-__all__ = ["Condensation", "choose", "draw"]
+__all__ = ["Condensation", "choose", "random_key"]
 
 SHARES, CONDENSES = 1, 2  # values of the property ``condensing``; 0 is left as it is
 STREAM = 20  # of the random numbers, after eq. 20; each use of them has its own
@@ -68,7 +68,7 @@ class Condensation(Effect):
             if not enough.any():
                 return
             uid, own = ranks.gather(vapour.get("uid")[who])  # a bubble chooses as a whole, wherever its particles are
-            key = draw(uid, self.seed, STREAM, int(arrays[0].steps[0]))
+            key = random_key(uid, self.seed, STREAM, int(arrays[0].steps[0]))
             chosen = choose(*(ranks.gather(values[who])[0] for values in (vapour.index, m, e)), key, L)
             if chosen[0].any():
                 for name, values in zip(("condensing", "deficit"), chosen):
@@ -120,7 +120,7 @@ def choose(bubble, m, e, key, L):
     return fate, deficit
 
 
-def draw(uid, *counters):
+def random_key(uid, *counters):
     """Random uint32 of each uid for some counters (seed, stream, step); never the same for two uids."""
     h = np.asarray(uid, np.uint32)
     for counter in (0, *counters):  # first the uids alone: a seed would only shift them

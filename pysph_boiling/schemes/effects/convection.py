@@ -50,10 +50,10 @@ class Convection(Effect):
         return {"convection_T": scene.material.T_sat if self.T_ref is None else self.T_ref}
 
     def hooks(self, scene):
-        k_wet = scene.effects["heat"].k_wet(scene.material)
+        k_liquid_min = scene.effects["heat"].k_liquid_min(scene.material)
 
         def mean_temperature(arrays):
-            wet = [values(pa, "k") >= k_wet for pa in arrays]
+            wet = [values(pa, "k") >= k_liquid_min for pa in arrays]
             n = ranks.total(sum(map(counted, wet)))
             if n:
                 mean = ranks.total(sum(summed(values(pa, "T"), where) for pa, where in zip(arrays, wet))) / n
@@ -63,12 +63,12 @@ class Convection(Effect):
         return {"heat.update": mean_temperature} if self.form == "boussinesq" and self.T_ref is None else {}
 
     def terms(self, scene, fluid):
-        k_wet = scene.effects["heat"].k_wet(scene.material)
+        k_liquid_min = scene.effects["heat"].k_liquid_min(scene.material)
         if self.form == "boussinesq":
             beta = scene.material.beta if self.beta is None else self.beta
             yield Term("forces.sum", convection.ConvectionBoussinesq(
-                fluid, None, beta=beta, k_wet=k_wet, **dict(zip(("gx", "gy", "gz"), scene.gravity))))
+                fluid, None, beta=beta, k_liquid_min=k_liquid_min, **dict(zip(("gx", "gy", "gz"), scene.gravity))))
         else:
             yield Term("forces.sum", convection.ConvectionGradient(
                 fluid, list(scene.fluids), gain=self.gain * scene.g * scene.spacing, largest=scene.g, rho0=scene.rho0,
-                k_wet=k_wet))
+                k_liquid_min=k_liquid_min))

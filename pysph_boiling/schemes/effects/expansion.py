@@ -55,13 +55,13 @@ class Expansion(Effect):
         oscillation = scene.effects.get("oscillation")
         return oscillation if getattr(oscillation, "form", None) == "rayleigh_plesset" else None
 
-    def largest(self, scene):
+    def max_swell(self, scene):
         """Swell that no particle exceeds [-]."""
         ring = self.rings(scene)
         return self.v_exp * (ring.bounds()[1] ** 3 if ring else 1.0)
 
-    def told(self, scene):
-        """What :meth:`largest` is made of, for messages."""
+    def describe_max_swell(self, scene):
+        """What :meth:`max_swell` is made of, for messages."""
         return "expansion.v_exp" + (" times the cube of oscillation.upper" if self.rings(scene) else "")
 
     def columns(self, scene):

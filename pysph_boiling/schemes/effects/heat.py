@@ -47,7 +47,7 @@ class HeatConduction(Effect):
         """Effective conductivity [W/(m K)]."""
         return k * self.time_scaling * self.enhancement
 
-    def k_wet(self, material):
+    def k_liquid_min(self, material):
         """Effective conductivity that tells liquid from vapour [W/(m K)]: the geometric mean of the two."""
         return math.sqrt(self.conductivity(material.k_l) * self.conductivity(material.k_v))
 
@@ -98,7 +98,7 @@ class HeatConduction(Effect):
         if self.laplacian == "paper":
             yield Term("heat.exchange", heat.HeatConductionPaper(fluid, list(scene.fluids)))
         else:
-            yield Term("heat.exchange", heat.HeatConduction(fluid, list(scene.fluids), rho0=scene.rho0))
+            yield Term("heat.exchange", heat.HeatConductionClearyMonaghan(fluid, list(scene.fluids), rho0=scene.rho0))
         yield Term("heat.update", heat.HeatUpdate(fluid, None))
         if "phases" not in scene.effects:
             yield Term("heat.update", heat.HeatTemperatureAfter(fluid, None, T0=material.T_sat, c=material.c_l))
@@ -193,8 +193,8 @@ class Heater(Effect):
             yield Term("heat.exchange", heat.HeatFixedTemperature(
                 fluid, walls, rho0=scene.rho0, spacing=scene.spacing, dim=scene.dim))
         else:
-            k_wet = scene.effects["heat"].k_wet(scene.material)
-            yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_wet=k_wet))
+            k_liquid_min = scene.effects["heat"].k_liquid_min(scene.material)
+            yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_liquid_min=k_liquid_min))
             yield Term("heat.exchange", heat.HeatFlux(fluid, None))
 
     def tools(self, scheme):
@@ -239,7 +239,7 @@ class HeatSource(Effect):
         return (Flow("energy_source", +1, prop="q_source"),)
 
     def terms(self, scene, fluid):
-        yield Term("heat.exchange", heat.HeatSource(
+        yield Term("heat.exchange", heat.HeatUniformSource(
             fluid, None, density=self.density * scene.effects["heat"].time_scaling, rho0=scene.rho0))
 
 
@@ -296,7 +296,7 @@ class AmbientLoss(Effect):
             fluid, list(scene.fluids),
             coefficient=self.coefficient * conduction.time_scaling, T_ambient=self.T_ambient, rho0=scene.rho0,
             threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=material.c_l,
-            c_dry=material.c_v, k_wet=conduction.k_wet(material) if "phases" in scene.effects else 0.0,
+            c_vapour=material.c_v, k_liquid_min=conduction.k_liquid_min(material) if "phases" in scene.effects else 0.0,
             **(dict(e_hot=material.L + material.c_v * above) if boils else {})))
         if scene.solids:
             yield Term("heat.exchange", heat.HeatAmbientWall(

@@ -122,12 +122,12 @@ class DensityConstraint(Effect):
                 raise ValueError(
                     f"the mass of particle {worst} of '{name}' must be below {limits[worst]:.4g} kg at its smoothing "
                     f"length of {h[worst]:.4g} m, got {m[worst]:.4g} kg: alone it is denser than at rest")
-            if expansion and np.any(m * expansion.largest(scene) >= limits):
+            if expansion and np.any(m * expansion.max_swell(scene) >= limits):
                 worst = int(np.argmax(m / limits))
                 raise ValueError(
-                    f"{expansion.told(scene)} must be below {limits[worst] / m[worst]:.4g} for a particle of "
-                    f"{m[worst]:.4g} kg and a smoothing length of {h[worst]:.4g} m, got "
-                    f"{expansion.largest(scene):.4g}: vapour that swells so far is denser than at rest when alone")
+                    f"{expansion.describe_max_swell(scene)} must be below {limits[worst] / m[worst]:.4g} for a "
+                    f"particle of {m[worst]:.4g} kg and a smoothing length of {h[worst]:.4g} m, got "
+                    f"{expansion.max_swell(scene):.4g}: vapour that swells so far is denser than at rest when alone")
 
     def prepare(self, scene, arrays):
         """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
@@ -345,15 +345,15 @@ class XSPHViscosity(Effect):
 
     RATE: ClassVar[float] = 0.7  # of 1/t*; tuned
 
-    def resolved(self, scene):
+    def rate_in(self, scene):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
 
     def rate_of_velocity(self, scene):
-        return self.resolved(scene) * max(1.0, self.wall)  # neighbours of both kinds weigh 1 together
+        return self.rate_in(scene) * max(1.0, self.wall)  # neighbours of both kinds weigh 1 together
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", viscosity.PBFXSPHViscosity(
-            fluid, list(scene.fluids), rate=self.resolved(scene), rho0=scene.rho0))
+            fluid, list(scene.fluids), rate=self.rate_in(scene), rho0=scene.rho0))
         if self.wall > 0.0 and scene.solids:
             yield Term("forces.sum", viscosity.PBFWallFriction(
-                fluid, list(scene.solids), rate=self.wall * self.resolved(scene), rho0=scene.rho0))
+                fluid, list(scene.solids), rate=self.wall * self.rate_in(scene), rho0=scene.rho0))

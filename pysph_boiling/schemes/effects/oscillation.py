@@ -95,7 +95,7 @@ class Oscillation(Effect):
         return tuple(default if given is None else given
                      for given, default in zip((self.lower, self.upper), self.BOUNDS[self.form]))
 
-    def resolved_period(self, scene):
+    def period_in(self, scene):
         return self.period if self.period is not None else self.PERIOD * scene.fall_time
 
     def bubble(self, scene):
@@ -109,10 +109,10 @@ class Oscillation(Effect):
     def properties(self, scene):
         rows = [Property(name, "m", "centre of its bubble") for name in ("bcx", "bcy", "bcz")]
         rows += [Property(name, "-", "mean direction from the centre of its bubble") for name in ("bdx", "bdy", "bdz")]
-        rows.append(Property("thrust", "kg m", "mass times displacement along its direction"))
+        rows.append(Property("push_multiplier", "kg m", "mass times displacement along its direction"))
         if self.form == "hysteresis":
-            rows.append(Property("aim", "-", "target radius of its bubble over that at rest; negative while it shrinks",
-                                 state=True))
+            rows.append(Property("target_radius", "-", "target radius of its bubble over that at rest; negative while "
+                                 "it shrinks", state=True))
         if self.form == "rayleigh_plesset":
             rows.append(Property("swell_rate", "1/s", "rate of the swell, in the bubble's own time", state=True))
         return tuple(rows)
@@ -141,7 +141,7 @@ class Oscillation(Effect):
                        "from the centroid (the paper, eq. 24); 0 without bubbles", distance))
 
     def check(self, scene, arrays):
-        if self.form != "rayleigh_plesset" and math.isinf(self.resolved_period(scene)):
+        if self.form != "rayleigh_plesset" and math.isinf(self.period_in(scene)):
             raise ValueError("oscillation.period [s] must be given in a scene without gravity")
         if self.form == "rayleigh_plesset":
             if scene.dim != 3:
@@ -154,7 +154,7 @@ class Oscillation(Effect):
 
     def warnings(self, scene, dt):
         if self.form == "hysteresis":
-            period = self.resolved_period(scene)
+            period = self.period_in(scene)
             if period < STEPS * dt:
                 yield f"oscillation.period = {period:.3g} s is {period / dt:.3g} steps: it takes {STEPS} to be seen"
         if self.form == "rayleigh_plesset" and "expansion" in scene.effects:
@@ -213,7 +213,7 @@ class Oscillation(Effect):
         for axis, letter in enumerate("xyz"):
             vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
             vapour.put(f"bd{letter}", mean[vapour.index, axis])
-        vapour.put("thrust", push[vapour.index])
+        vapour.put("push_multiplier", push[vapour.index])
         arrays[0].n_pushed[0] += np.count_nonzero(push)
         move = (push[vapour.index] * w)[:, None] * way
         given = (step + 0.5 * move) / dt**2 - np.array(scene.gravity)  # what gravity does with the push is not its own
@@ -250,17 +250,17 @@ class Oscillation(Effect):
         if self.form == "band":
             unit = self.length * scene.spacing
             low, high = ((bound + self.k_model * np.cbrt(vapour.n)) * unit for bound in BAND)
-            return low, high, math.pi * (high - low) / self.resolved_period(scene)
+            return low, high, math.pi * (high - low) / self.period_in(scene)
         at_rest = self.radius_at_rest(scene, vapour)
         lower, upper = self.bounds()
-        period = self.resolved_period(scene)
+        period = self.period_in(scene)
         if self.form == "rayleigh_plesset":
             period = self.time_scale * 2.0 * math.pi / self.bubble(scene).frequency(at_rest / 0.75)
         speed = math.pi * (upper - lower) * at_rest / period
         if self.form == "relative":
             return lower * at_rest, upper * at_rest, speed
         if self.form == "hysteresis":
-            at_rest = at_rest * self.aims(scene, vapour, radius / at_rest, first)
+            at_rest = at_rest * self.target_radii(scene, vapour, radius / at_rest, first)
         return at_rest, at_rest, speed
 
     @staticmethod
@@ -272,26 +272,26 @@ class Oscillation(Effect):
             return 2.0 / 3.0 * np.sqrt(size / math.pi) * scene.spacing
         return 0.75 * sphere_radius(size) * scene.spacing
 
-    def aims(self, scene, vapour, radius, first):
+    def target_radii(self, scene, vapour, radius, first):
         """Target of each bubble in units of its radius at rest; each particle carries it, its sign the direction.
 
         Those in the majority tell target and direction of a bubble that has merged. A new bubble starts from its
         ``radius`` (in the same unit) and grows, or shrinks where it is beyond the upper bound.
         """
-        aim = vapour.get("aim")
+        carried = vapour.get("target_radius")
         if not first:
-            return np.abs(vapour.of_first(aim))
+            return np.abs(vapour.of_first(carried))
         lower, upper = self.bounds()
-        sense = np.where(vapour.sum(np.sign(aim)) < 0.0, -1.0, 1.0)
-        agree = aim * sense[vapour.index] > 0.0
+        sense = np.where(vapour.sum(np.sign(carried)) < 0.0, -1.0, 1.0)
+        agree = carried * sense[vapour.index] > 0.0
         known = vapour.sum(agree)
-        target = np.where(known > 0.0, vapour.sum(agree * np.abs(aim)) / np.maximum(known, 1.0), radius)
+        target = np.where(known > 0.0, vapour.sum(agree * np.abs(carried)) / np.maximum(known, 1.0), radius)
         dt = float(vapour.arrays[0].oscillation_dt[0])
-        step = dt * 2.0 * (upper - lower) / self.resolved_period(scene)
+        step = dt * 2.0 * (upper - lower) / self.period_in(scene)
         beyond = np.where(sense > 0.0, target + step - upper, lower - target + step)  # the bound ahead
         target = target + sense * (step - 2.0 * np.clip(beyond, 0.0, step))
         sense[beyond > 0.0] *= -1.0
-        vapour.put("aim", (sense * target)[vapour.index], elsewhere=0.0)
+        vapour.put("target_radius", (sense * target)[vapour.index], elsewhere=0.0)
         return target
 
     def ring(self, scene, arrays):
@@ -326,7 +326,7 @@ class Oscillation(Effect):
         mixed = -math.expm1(-dt / (self.MIXING * scene.fall_time))
         swell += mixed * ((after / filled)[vapour.index] - swell)
         rate += mixed * ((flow_after / filled)[vapour.index] - rate)
-        swell = np.minimum(swell, scene.effects["expansion"].largest(scene))
+        swell = np.minimum(swell, scene.effects["expansion"].max_swell(scene))
         vapour.put("swell", swell)
         vapour.put("swelling", (swell - was) / dt)
         vapour.put("swell_rate", rate, elsewhere=0.0)

@@ -39,7 +39,7 @@ class SiteStorage(Effect):
         """Particles in an emitted bubble."""
         return self.n_emit if self.n_emit is not None else self.N_EMIT[scene.dim]
 
-    def resolved(self, scene):
+    def rate_in(self, scene):
         """Rate of absorption [1/s]."""
         material, heat = scene.material, scene.effects["heat"]
         diffusivity = heat.conductivity(material.k_l) / (material.rho_l * material.c_l)
@@ -123,7 +123,7 @@ class SiteStorage(Effect):
         bubble = dict(n_emit=self.number(scene), L=material.L)
         yield Term("phases.occupied", site_storage.StorageNearest(fluid, sites, reach=self.reach(scene)))
         yield Term("phases.absorb", site_storage.StorageAbsorption(
-            fluid, sites, radius=radius, rate=self.resolved(scene), T_sat=material.T_sat, c_l=material.c_l))
+            fluid, sites, radius=radius, rate=self.rate_in(scene), T_sat=material.T_sat, c_l=material.c_l))
         yield Term("phases.become", site_storage.StorageVapour(fluid, sites, T_sat=material.T_sat, L=material.L))
         for site in sites:
             yield Term("phases.occupied", site_storage.StorageOccupied(site, fluids, radius=radius))
