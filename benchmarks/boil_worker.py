@@ -29,9 +29,10 @@ class Boil(SteadyBoiling):
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
-        scheme.hdx, tension = self.hdx, scheme.effects["tension"]
-        support = scheme.kernel.radius_scale * self.hdx  # spacings; cohesion may reach no further
-        scheme.effects["tension"] = dataclasses.replace(tension, radius=min(tension.radius, support))
+        scheme.hdx = self.hdx
+        slot = "cohesion" if "cohesion" in scheme.effects else "tension"  # as older versions call it
+        cohesion, support = scheme.effects[slot], scheme.kernel.radius_scale * self.hdx  # it may reach no further
+        scheme.effects[slot] = dataclasses.replace(cohesion, radius=min(cohesion.radius, support))
         return scheme
 
     def start(self, arrays, p, scheme):

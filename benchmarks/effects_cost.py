@@ -72,9 +72,10 @@ def full_model(upper):
     return dict(
         container=BoxContainer(upper=upper), viscosity=XSPHViscosity(), heat=HeatConduction(time_scaling=800.0),
         heater=Heater(temperature=T_SAT + 20.0), loss=AmbientLoss(), source=HeatSource(density=1e3),
-        phases=PhaseChange(), nucleation=PresetNucleation(), burst=DynamicNucleation(superheat_limit=8.0),
+        phases=PhaseChange(), preset_nucleation=PresetNucleation(),
+        dynamic_nucleation=DynamicNucleation(superheat_limit=8.0),
         bubbles=BubbleLabels(), condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(),
-        tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
+        cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
         oscillation=Oscillation(form="relative"), venting=Venting(mode="remove"), refill=Refill())
 
 
@@ -103,7 +104,7 @@ class Pool:
 
     def __init__(self, effects, width, fill, cls=BoilingScheme):
         self.upper = (width * DX, width * DX, 1.5 * fill * DX)
-        sites = ["sites"] if "nucleation" in effects else []
+        sites = ["sites"] if "preset_nucleation" in effects else []
         density = dict(rho0=WATER_1ATM.rho_l) if cls is PBFScheme else {}
         self.scheme = cls(["fluid"], ["wall"], dim=3, spacing=DX, sites=sites, **effects, **density)
         common = dict(spacing=DX, dim=3, rho0=self.scheme.rho0)

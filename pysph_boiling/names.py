@@ -4,12 +4,15 @@ import difflib
 import re
 from numbers import Real
 
-__all__ = ["RENAMED", "Refused", "SchemeError", "as_typed", "check_renamed", "current_name", "former_names", "nearest",
-           "unknown", "whole_number"]
+__all__ = ["RENAMED", "Refused", "SchemeError", "as_typed", "check_renamed", "current_name", "current_quantity",
+           "former_names", "nearest", "option", "unknown", "whole_number"]
 
 # Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
 # scenes ("scene.name"). Whoever gives an old name is told the new one; records of old runs are read with the new ones.
 RENAMED = {
+    "burst": "dynamic_nucleation",
+    "nucleation": "preset_nucleation",
+    "tension": "cohesion",
     "density.acceleration": "density.chebyshev_radius",
     "density.delay": "density.chebyshev_delay",
     "density.longest": "density.max_displacement",
@@ -22,7 +25,16 @@ RENAMED = {
     "venting.share": "venting.free_fraction",
     "venting.steps": "venting.free_steps",
     "scene.acceleration": "scene.time_scaling",
+    "scene.heat_loss": "scene.loss_coefficient",
+    "scene.heat_until": "scene.heater_until",
+    "scene.limit": "scene.superheat_limit",
+    "scene.region": "scene.region_radius",
 }
+
+
+def option(name):
+    """The option of a slot (``--heater``), or of a parameter of an effect or a scene: ``--heater.temperature``."""
+    return f"--{name.removeprefix('scene.').replace('_', '-')}"
 
 
 def current_name(name):
@@ -30,6 +42,14 @@ def current_name(name):
     slot, dot, parameter = name.partition(".")
     name = f"{RENAMED.get(slot, slot)}{dot}{parameter}"
     return RENAMED.get(name, name)
+
+
+def current_quantity(name):
+    """The name that a property, a constant or a column of results, in the files of an older run, has now."""
+    head, _, slot = name.rpartition("_")
+    if head == "work" or head.endswith("_by"):  # the mechanical ledger has work_tension and au_by_tension
+        return f"{head}_{current_name(slot)}"
+    return {"aim": "target_radius"}.get(name, name)
 
 
 def former_names(name):
@@ -72,11 +92,7 @@ class SchemeError(ValueError):
 
 def as_typed(error, slots):
     """The message of an error in the words of the command line: ``--heater.temperature`` for ``heater.temperature``."""
-    def option(found):
-        slot, name = found[1], found[2].replace("_", "-")
-        return f"--{name}" if slot == "scene" else f"--{slot}.{name}"
-
-    return re.sub(rf"(?<![-.\w])({'|'.join(['scene', *slots])})\.([a-zA-Z]\w*)", option,
+    return re.sub(rf"(?<![-.\w])({'|'.join(['scene', *slots])})\.[a-zA-Z]\w*", lambda found: option(found[0]),
                   getattr(error, "typed", str(error)))
 
 

@@ -45,6 +45,7 @@ def mutants(module, *tests):
 
 groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
 buoyancy = mutants("buoyancy", "compiled/test_bubble_forces.py")
+cohesion = mutants("cohesion", "compiled/test_bubble_forces.py")
 container = mutants("container", "compiled/test_density_constraint.py")
 condensation = mutants("condensation", "compiled/test_condensation.py")
 convection = mutants("convection", "compiled/test_convection.py")
@@ -54,12 +55,11 @@ expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
 helpers = mutants("helpers", "unit/test_phases.py", "unit/test_smoothing.py", "compiled/test_density_constraint.py")
 lean = mutants("lean", "compiled/test_lean.py")
-nucleation = mutants("nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_modes.py")
 pooling = mutants("pooling", "compiled/test_pooling.py")
+nucleation = mutants("preset_nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
 storage = mutants("site_storage", "compiled/test_modes.py")
-tension = mutants("surface_tension", "compiled/test_bubble_forces.py")
 venting = mutants("venting", "compiled/test_bubble_forces.py")
 viscosity = mutants("viscosity", "compiled/test_density_constraint.py")
 
@@ -74,6 +74,9 @@ MUTANTS = (  # --quick takes the first of each module
     buoyancy("ihmsen: -1 dropped", "(self.k_max - 1.0) * exp", "self.k_max * exp"),
     buoyancy("drag: sign", "d_av[d_idx] -= f * VIJ[1]", "d_av[d_idx] += f * VIJ[1]"),
     buoyancy("drag x 2", "f = self.rate * s_m[s_idx]", "f = 2.0*self.rate * s_m[s_idx]"),
+    cohesion("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
+    cohesion("cohesion x 1/2", "f = self.strength * f * 2.0*s_m", "f = self.strength * f * s_m"),
+    cohesion("adhesion: softening dropped", " * min(1.0, r/self.spacing)", ""),
     condensation("new liquid keeps L", "d_e[d_idx] = -d_deficit[d_idx]", "d_e[d_idx] = self.L - d_deficit[d_idx]"),
     condensation("sign of the share", "self.L - d_deficit[d_idx]", "self.L + d_deficit[d_idx]"),
     condensation("not counted", "d_condensed[d_idx] += 1", "d_condensed[d_idx] += 0"),
@@ -147,9 +150,6 @@ MUTANTS = (  # --quick takes the first of each module
     lean("viscosity: sign of the neighbour's velocity", "V[i] = v - s_v[j]", "V[i] = v + s_v[j]"),
     lean("friction: mass of the wall dropped", "f += s_m[j] * boiling_kernel", "f += boiling_kernel"),
     lean("drag: liquid drags liquid", "                other = vapour\n", "                other = 1 - vapour\n"),
-    nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
-    nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
-    nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),
     oscillation("mean direction left in", "(rx/r - d_bdx[d_idx])", "(rx/r)"),
     oscillation("sign", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = -d_push_multiplier[d_idx] / d_m[d_idx]"),
     oscillation("same for every mass", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = d_push_multiplier[d_idx]"),
@@ -169,12 +169,12 @@ MUTANTS = (  # --quick takes the first of each module
     pooling("kinetic radius", "float(radius) * float(radius)", "1.21 * float(radius) * float(radius)"),
     pooling("tie", "if s_bubble[s_idx] < label:", "if r2 < self.radius2:"),
     pooling("excess makes no vapour hotter", "self.T_sat + (d_e[d_idx] - self.L) / self.c_v", "self.T_sat"),
+    nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
+    nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
+    nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),
     storage("occupied site absorbs", "if s_occupied[s_idx] == 0:", "if s_occupied[s_idx] >= 0:"),
     storage("pays twice what it loses", "d_paid[d_idx] = d_m[d_idx] * share", "d_paid[d_idx] = 2.0*d_m[d_idx] * share"),
     storage("emits without paying", "d_Q_s[d_idx] -= d_cost[d_idx]", "d_Q_s[d_idx] -= 0.0"),
-    tension("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
-    tension("cohesion x 1/2", "f = self.strength * f * 2.0*s_m", "f = self.strength * f * s_m"),
-    tension("adhesion: softening dropped", " * min(1.0, r/self.spacing)", ""),
     venting("film does not cover less than liquid", "if s_film[s_idx] == 0:", "if s_film[s_idx] >= 0:"),
     venting("free steps x 2", "d_free[d_idx] += 1", "d_free[d_idx] += 2"),
     venting("release: gravity x 2", "d_av[d_idx] = self.gy", "d_av[d_idx] = 2.0*self.gy"),

@@ -30,8 +30,8 @@ from pysph_boiling.schemes.effects import (
 
 BOIL = dict(
     container=BoxContainer(), viscosity=XSPHViscosity(), heat=HeatConduction(), heater=Heater(temperature=433.15),
-    phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
-    pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
+    phases=PhaseChange(), preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
+    pooling=LatentPooling(), buoyancy=Buoyancy(), cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
     venting=Venting(),
 )  # what examples/steady_boiling.py uses, so that both share their compiled modules
 
@@ -47,8 +47,8 @@ SETS = {
     "boil": BOIL,
     "open": {**BOIL, "venting": Venting(mode="remove"), "refill": Refill()},
     "states": dict(density=None, heat=HeatConduction(), phases=PhaseChange(interrupt="convert"),
-                   nucleation=PresetNucleation(attraction=0.0)),
-    "states_hold": dict(density=None, heat=HeatConduction(), phases=PhaseChange(), nucleation=PresetNucleation(
+                   preset_nucleation=PresetNucleation(attraction=0.0)),
+    "states_hold": dict(density=None, heat=HeatConduction(), phases=PhaseChange(), preset_nucleation=PresetNucleation(
         attraction=0.0)),
     "paper": {**BOIL, "phases": PhaseChange(interrupt="convert", vapour_as_site=False), "buoyancy": Buoyancy(
         form="paper"), "heat": HeatConduction(laplacian="paper"), "heater": Heater(flux=4e4),
@@ -67,6 +67,6 @@ def scheme(name, *, dim, spacing, changes=None, **kwargs):
     for slot, effect in (changes or {}).items():
         assert slot in effects and type(effect) is type(effects[slot]), f"'{slot}' is not part of the set '{name}'"
         effects[slot] = effect
-    sites = ["sites"] if "nucleation" in effects else []
+    sites = ["sites"] if "preset_nucleation" in effects else []
     return BoilingScheme(["fluid"], ["wall"], dim=dim, spacing=spacing, material=WATER_1ATM, sites=sites, **effects,
                          **kwargs)

@@ -4,7 +4,7 @@ merge into one.
 Equations   as ``bubble_rise``: bubbles are the connected components of vapour (the paper, section 4.1), held together
             by surface tension (4.2.1); a larger bubble has less surface to its volume, so that drag slows it less.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 8; Fig. 11 with
-            ``--no-burst``, and ``--no-oscillation`` for the other half of the ablation.
+            ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
 Run time    about 3 minutes on one core (3-D, 20,328 particles); ``--demo`` about 1 minute, ``--flat`` seconds.
 Command     pysph-boiling run bubble_merge
 """

@@ -4,7 +4,7 @@ Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), ph
             (eqs. 3-7), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs. 18-19), surface tension and resistance
             (4.2.1), oscillation (4.3, in the form with a period); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 7; Fig. 10 with
-            ``--no-burst``, and ``--no-oscillation`` for the other half of the ablation.
+            ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
 Run time    about 5 minutes on one core (3-D, 20,328 particles); ``--demo`` about 1 minute, ``--flat`` seconds; and once
             70 s to compile.
 Command     pysph-boiling run bubble_rise
@@ -54,7 +54,8 @@ class BubbleRiseParameters(SceneParameters):
     diameter: float = param(6.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(5.0, "-", "height of its centre above the base, in spacings", above=0.0)
     superheat: float = param(10.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
-    limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0, sets="burst.superheat_limit")
+    superheat_limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0,
+                                   sets="dynamic_nucleation.superheat_limit")
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
 
@@ -90,12 +91,12 @@ class BubbleRise(SceneApplication):
             viscosity=XSPHViscosity(),
             heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
-            burst=DynamicNucleation(superheat_limit=p.limit),
+            dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit),
             bubbles=BubbleLabels(),
             condensation=Condensation(),
             pooling=LatentPooling(),
             buoyancy=Buoyancy(k_bubble=1.0),  # what displaced liquid weighs
-            tension=Cohesion(),
+            cohesion=Cohesion(),
             drag=Drag(),
             expansion=Expansion(v_exp=1.0),
             oscillation=Oscillation(form="hysteresis"),

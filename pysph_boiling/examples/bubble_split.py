@@ -10,7 +10,7 @@ mean radius it holds together what shear draws apart.
 
 Equations   as ``bubble_rise``; at the start the stream function of the eddies, S x exp(-(x^2 + (z - z0)^2)/(2 a^2)).
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 9; Fig. 12 with
-            ``--no-burst``, and ``--no-oscillation`` for the other half of the ablation.
+            ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
 Run time    about 2 minutes on one core (3-D, 20,328 particles); ``--demo`` a minute, ``--flat`` seconds.
 Command     pysph-boiling run bubble_split
 """
@@ -31,8 +31,8 @@ class BubbleSplitParameters(BubbleRiseParameters):
     duration: float = param(0.35, "s", "simulated time", above=0.0, may_change=True)
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(11.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    cohesion: float = param(0.2, "-", "strength of the cohesion of vapour, in units of gravity", low=0.0,
-                            sets="tension.strength")
+    cohesion_strength: float = param(0.2, "-", "strength of the cohesion of vapour, in units of gravity", low=0.0,
+                            sets="cohesion.strength")
     eddy_speed: float = param(8.0, "-", "S, speed of the jet between the eddies, in sqrt(|g| spacing)", low=0.0)
     eddy_size: float = param(4.0, "-", "a, distance of the eddies from the jet, in spacings", above=0.0)
     eddy_height: float = param(15.5, "-", "height of the eddies above the base, in spacings", above=0.0)
@@ -46,13 +46,13 @@ class BubbleSplit(BubbleRise):
     variants = {
         "demo": dict(width=18, fill=28, duration=0.2),
         "flat": dict(dim=2, spacing=0.002, width=28, fill=32, diameter=9.0, eddy_height=16.0, eddy_speed=10.0,
-                     cohesion=1.0, time_scaling=1000.0, duration=0.25),
+                     cohesion_strength=1.0, time_scaling=1000.0, duration=0.25),
     }
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.set_effects(
-            tension=Cohesion(strength=p.cohesion),
+            cohesion=Cohesion(strength=p.cohesion_strength),
             oscillation=Oscillation(form="hysteresis", omega=0.2),
             # eddies open gaps, in which vapour is free for a moment
             venting=Venting(mode="lid", free_fraction=1.0, free_steps=6))

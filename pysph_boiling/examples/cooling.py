@@ -25,7 +25,7 @@ class CoolingParameters(SuperheatSitesParameters):
     """
 
     duration: float = param(2.6, "s", "simulated time", above=0.0, may_change=True)
-    heat_until: float = param(0.8, "s", "when the heater is switched off", low=0.0, may_change=True,
+    heater_until: float = param(0.8, "s", "when the heater is switched off", low=0.0, may_change=True,
                               sets="heater.until")
     spacing: float = param(0.002, "m", "particle spacing", above=0.0)
     width: int = param(36, "-", "width and depth of the vessel, in spacings", low=8)
@@ -36,7 +36,7 @@ class CoolingParameters(SuperheatSitesParameters):
                                 sets="heat.time_scaling")
     superheat: float = param(5.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
-    heat_loss: float = param(8.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
+    loss_coefficient: float = param(8.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
                              may_change=True, sets="loss.coefficient")
 
 
@@ -46,14 +46,14 @@ class Cooling(SuperheatSites):
     Parameters = CoolingParameters
     title = "cooling"
     variants = {
-        "demo": dict(width=24, fill=14, sites=9, duration=2.2, heat_until=0.7),
+        "demo": dict(width=24, fill=14, sites=9, duration=2.2, heater_until=0.7),
         "flat": dict(dim=2, width=60, fill=16, sites=5, heated=0.7, time_scaling=20000.0, superheat=8.0,
-                     heat_loss=8.0, duration=2.2, heat_until=0.7),
+                     loss_coefficient=8.0, duration=2.2, heater_until=0.7),
     }
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
-        scheme.set_effects(heater=dataclasses.replace(scheme.effects["heater"], until=p.heat_until))
+        scheme.set_effects(heater=dataclasses.replace(scheme.effects["heater"], until=p.heater_until))
         return scheme
 
     def check_final(self):

@@ -52,9 +52,10 @@ class ExplosiveBoilingParameters(SceneParameters):
     headroom: float = param(1.0, "-", "height above the water, in heights of the water", above=0.0)
     hot: float = param(0.5, "-", "superheated part of the water, by height from the floor", above=0.0, high=1.0)
     superheat: float = param(90.0, "K", "superheat of that part", above=0.0, high=250.0)
-    limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                         sets="burst.superheat_limit")
-    region: float = param(2.0, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
+    superheat_limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
+                         sets="dynamic_nucleation.superheat_limit")
+    region_radius: float = param(2.0, "-", "radius of a region, in spacings", above=0.0,
+                                 sets="dynamic_nucleation.radius")
     subcooling: float = param(2.0, "K", "the rest of the water and the feed, below saturation", low=0.0, high=80.0)
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
@@ -67,7 +68,7 @@ class ExplosiveBoiling(SceneApplication):
     title = "explosive boiling"
     variants = {
         "demo": dict(width=16, fill=18, duration=1.0),
-        "flat": dict(dim=2, spacing=0.002, width=40, fill=30, superheat=180.0, limit=100.0, region=2.4,
+        "flat": dict(dim=2, spacing=0.002, width=40, fill=30, superheat=180.0, superheat_limit=100.0, region_radius=2.4,
                      time_scaling=1000.0, duration=1.0, frame=0.025),
     }
 
@@ -85,12 +86,13 @@ class ExplosiveBoiling(SceneApplication):
             viscosity=XSPHViscosity(),
             heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
-            burst=DynamicNucleation(superheat_limit=p.limit, radius=p.region, seed=p.seed),
+            dynamic_nucleation=DynamicNucleation(
+                superheat_limit=p.superheat_limit, radius=p.region_radius, seed=p.seed),
             bubbles=BubbleLabels(),
             condensation=Condensation(),
             pooling=LatentPooling(),
             buoyancy=Buoyancy(k_bubble=0.5),
-            tension=Cohesion(),
+            cohesion=Cohesion(),
             drag=Drag(),
             expansion=Expansion(v_exp=2.0),
             oscillation=Oscillation(form="hysteresis", min_particles=5),
@@ -131,7 +133,7 @@ class ExplosiveBoiling(SceneApplication):
         return surface_level([arrays["fluid"]], dim=self.parameters.dim)
 
     def check_final(self):
-        self.check_needs("burst")
+        self.check_needs("dynamic_nucleation")
         results = self.ledger.table()
         burst, particles = results["n_burst"][-1], sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
         p, material = self.parameters, self.scheme.material

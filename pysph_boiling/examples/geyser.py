@@ -40,9 +40,10 @@ class GeyserParameters(SceneParameters):
     sky: int = param(30, "-", "height above the pool, in spacings", low=4)
     superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
-    limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                         sets="burst.superheat_limit")
-    region: float = param(2.4, "-", "radius of a region, in spacings", above=0.0, sets="burst.radius")
+    superheat_limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
+                         sets="dynamic_nucleation.superheat_limit")
+    region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
+                                 sets="dynamic_nucleation.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
     time_scaling: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
@@ -131,8 +132,8 @@ class Geyser(ExplosiveBoiling):
             facts |= {"A (heat against motion)": (effects["heat"].time_scaling, "-"),
                       "time for heat to cross a third of the chamber": (
                           (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s")}
-        if "burst" in effects:
-            facts["St = c_l limit/L"] = (material.c_l * effects["burst"].onset(scene)[0] / material.L, "-")
+        if "dynamic_nucleation" in effects:
+            facts["St = c_l limit/L"] = (material.c_l * effects["dynamic_nucleation"].onset(scene)[0] / material.L, "-")
         return facts
 
     @property
@@ -142,7 +143,7 @@ class Geyser(ExplosiveBoiling):
         return [(t, n) for t, n in self.vents if n >= least]
 
     def check_final(self):
-        self.check_needs("burst", "venting")
+        self.check_needs("dynamic_nucleation", "venting")
         count = len(self.eruptions)  # grows with the duration, so it has no upper bound
         require(count >= 3, f"it erupted {count} times; it must at least 3 times")
 

@@ -82,12 +82,12 @@ class SteadyBoiling(SceneApplication):
             heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
             phases=PhaseChange(),
-            nucleation=PresetNucleation(),
+            preset_nucleation=PresetNucleation(),
             bubbles=BubbleLabels(),
             condensation=Condensation(),
             pooling=LatentPooling(),
             buoyancy=Buoyancy(),
-            tension=Cohesion(),
+            cohesion=Cohesion(),
             adhesion=SiteAdhesion(),
             drag=Drag(),
             venting=Venting(mode="lid", T_feed=material.T_sat - p.subcooling))
@@ -136,7 +136,7 @@ class SteadyBoiling(SceneApplication):
         return facts
 
     def check_final(self):
-        self.check_needs("nucleation", "bubbles", "venting")
+        self.check_needs("preset_nucleation", "bubbles", "venting")
         results, last = self.ledger.table(), self.ledger.rows[-1]
         departed = [n for _, n in self.departures]
         require(departed, "no bubble left the base")

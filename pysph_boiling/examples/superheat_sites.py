@@ -18,9 +18,10 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
     """The vessel of steady boiling; ``sites`` is what matters."""
 
     superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0,
-                                   sets="burst.superheat_limit")
-    region: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0, sets="burst.radius")
-    heat_loss: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
+                                   sets="dynamic_nucleation.superheat_limit")
+    region_radius: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0,
+                                 sets="dynamic_nucleation.radius")
+    loss_coefficient: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
                              may_change=True, sets="loss.coefficient")
 
 
@@ -32,8 +33,9 @@ class SuperheatSites(SteadyBoiling):
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
-        scheme.set_effects(loss=AmbientLoss(coefficient=p.heat_loss),
-                           burst=DynamicNucleation(superheat_limit=p.superheat_limit, radius=p.region))
+        scheme.set_effects(
+            loss=AmbientLoss(coefficient=p.loss_coefficient),
+            dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit, radius=p.region_radius))
         return scheme
 
     def check_final(self):

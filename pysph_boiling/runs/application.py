@@ -32,7 +32,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.device import on_host, real
 from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
-from pysph_boiling.names import check_renamed
+from pysph_boiling.names import check_renamed, option
 from pysph_boiling.parallel import ranks
 from pysph_boiling.runs import pysph_options
 from pysph_boiling.runs.ledger import Ledger, write_json
@@ -309,11 +309,11 @@ class SceneApplication(Application):
         for spec in dataclasses.fields(self.Parameters):
             meta = spec.metadata
             unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
-            flag = f"--{spec.name.replace('_', '-')}"
-            group.add_argument(flag, dest=f"scene.{spec.name}", type=spec.type, default=None, choices=meta["choices"],
+            name = f"scene.{spec.name}"
+            group.add_argument(option(name), dest=name, type=spec.type, default=None, choices=meta["choices"],
                                metavar=None if meta["choices"] else spec.name.upper(),
                                help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
-            add_former_options(group, flag, f"scene.{spec.name}")
+            add_former_options(group, name)
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(
                                f"{name} ({row.source}), latent heat is stored {row.storage}" for name, row in
@@ -359,7 +359,7 @@ class SceneApplication(Application):
         self.scheme = self.make_scheme(p)
         self.plain = dict(self.scheme.effects)  # as the parameters of the scene have them
         if self.scheme.material is not None:
-            check_temperatures(p, lambda name: f"--{name.replace('_', '-')}", self.scheme.material)
+            check_temperatures(p, option, self.scheme.material)
         if options.quality is not None:
             self.scheme.set_quality(options.quality)
         self.scheme.effects = effects_in_mode(options.mode, self.scheme.effects)
@@ -694,7 +694,7 @@ class SceneApplication(Application):
             if slot in self.plain:
                 built = self.scheme.effects.get(slot)
                 if built is None or getattr(built, name, None) != getattr(self.plain[slot], name):
-                    rows[spec.name]["replaced_by"] = f"--no-{slot}" if built is None else f"--{slot}"
+                    rows[spec.name]["replaced_by"] = option(f"no_{slot}" if built is None else slot)
         return rows
 
     def counts(self):

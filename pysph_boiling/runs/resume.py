@@ -10,13 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pysph_boiling.files import read_output, run_record, step_of
-from pysph_boiling.names import current_name
+from pysph_boiling.names import current_name, current_quantity, option
 from pysph_boiling.runs.ledger import load_results
 
 __all__ = ["Resumed", "Setting", "settings", "with_units"]
-
-
-NEW_PROPERTIES = {"aim": "target_radius"}  # old name -> new name of a property in the files of earlier versions
 
 
 class Setting(NamedTuple):
@@ -48,7 +45,7 @@ def settings(application):
     """What a run is: three dicts name -> :class:`Setting`, of the scene's parameters, the scheme, and the effects."""
     p, scheme = application.parameters, application.scheme
     may = marks(p)
-    scene = {name: Setting(f"--{name.replace('_', '-')}", row["value"], row["unit"], may[name])
+    scene = {name: Setting(option(name), row["value"], row["unit"], may[name])
              for name, row in with_units(p).items()}
     solver = {"fname": Setting("--fname", application.fname), "dim": Setting("dim", scheme.dim),
               "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
@@ -60,9 +57,9 @@ def settings(application):
     effects = {}
     for slot in scheme.slots:
         effect = scheme.effects.get(slot)
-        effects[slot] = Setting(f"--{slot}", "off" if effect is None else type(effect).__name__)
+        effects[slot] = Setting(option(slot), "off" if effect is None else type(effect).__name__)
         for name, row in with_units(effect).items() if effect is not None else ():
-            effects[f"{slot}.{name}"] = Setting(f"--{slot}.{name.replace('_', '-')}", row["value"], row["unit"],
+            effects[f"{slot}.{name}"] = Setting(option(f"{slot}.{name}"), row["value"], row["unit"],
                                                 marks(effect)[name])
     return scene, solver, effects
 
@@ -113,11 +110,12 @@ def compare(application, record, t):
 
 
 def use_new_names(pa):
-    """Give an array of a particle file its properties under the names that they have now."""
-    for old, new in NEW_PROPERTIES.items():
-        if old in pa.properties:
-            pa.add_property(new, data=pa.get(old, only_real_particles=False))
-            pa.add_output_arrays([new])
+    """Give an array of a particle file the properties and constants that had other names in earlier versions."""
+    for old in [name for name in pa.properties if current_quantity(name) != name]:
+        pa.add_property(current_quantity(old), data=pa.get(old, only_real_particles=False))
+        pa.add_output_arrays([current_quantity(old)])
+    for old in [name for name in pa.constants if current_quantity(name) != name]:
+        pa.add_constant(current_quantity(old), pa.constants.pop(old).get_npy_array())
 
 
 class Resumed:
@@ -182,7 +180,8 @@ class Resumed:
                 pa.add_constant(name, values)
         early = self.t * (1.0 + 1e-12)
         if (self.folder / "results.npz").exists():
-            ledger.resume(load_results(self.folder), early)
+            table = load_results(self.folder)
+            ledger.resume({current_quantity(name): values for name, values in table.items()}, early)
         for tool in tools:
             name = {Departures: "departures", VentingTool: "vents"}.get(type(tool))
             if name:

@@ -29,7 +29,7 @@ class Facts:
     hottest: float
     uniform: bool
     T_sat: float
-    burst_at: float
+    fires_above: float
     candidates: dict
 
 
@@ -49,7 +49,7 @@ def facts_of(scheme, arrays, T, candidates):
     material, scene = scheme.material, scheme.scene()
     if material is None:  # motion alone
         return Facts(g=scene.g, walls=bool(scheme.solids), heated=False, sites=False, coldest=0.0, hottest=0.0,
-                     uniform=True, T_sat=0.0, burst_at=0.0, candidates=candidates)
+                     uniform=True, T_sat=0.0, fires_above=0.0, candidates=candidates)
     T = np.asarray(material.T_sat if T is None else T, dtype=float)
     walls = [pa for pa in arrays if pa.name in scheme.solids and "heated" in pa.properties]
     heated = any(np.any(pa.get("heated") == 1) for pa in walls)
@@ -63,11 +63,12 @@ def facts_of(scheme, arrays, T, candidates):
         temperatures.append(math.inf)
     cooling = [candidates["loss"].T_ambient] if "loss" in candidates else []
     feed = getattr(candidates.get("venting"), "T_feed", None)
-    burst = candidates.get("burst") or EFFECTS["burst"][0]()
+    nucleation = candidates.get("dynamic_nucleation") or EFFECTS["dynamic_nucleation"][0]()
     return Facts(
         g=scene.g, walls=bool(scheme.solids), heated=heated, sites=bool(scheme.sites),
         coldest=min([*temperatures, *cooling, *([feed] if feed else [])]), hottest=max(temperatures),
-        uniform=float(np.ptp(T)) < 1e-9, T_sat=material.T_sat, burst_at=max(burst.onset(scene)), candidates=candidates)
+        uniform=float(np.ptp(T)) < 1e-9, T_sat=material.T_sat, fires_above=max(nucleation.onset(scene)),
+        candidates=candidates)
 
 
 def needs(slot):

@@ -210,7 +210,7 @@ class PBFIntegrator(Integrator):
                 set_constant(pa, "heat_dt", dt / cycles)
             for _ in range(cycles):
                 yield self.stages["heat"]
-        for name in ("phases", "burst"):
+        for name in ("phases", "dynamic_nucleation"):
             if self.called_for(name):
                 yield self.stages[name]
         if self.called_for("bubbles"):

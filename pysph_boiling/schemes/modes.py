@@ -40,14 +40,14 @@ MODES = {
         latent_stage="any liquid at T_sat: none is ever superheated",
         storage="in the particle",
         vapour="a particle with e >= L",
-        phases=dict(kinetic="always"), without=("burst", "pooling"), needs=("phases",)),
+        phases=dict(kinetic="always"), without=("dynamic_nucleation", "pooling"), needs=("phases",)),
     "li_xiao": Mode(
         source="Li & Xiao",
         latent_stage="none: liquid superheats freely",
         storage="in the site, by the excess heat of the liquid near it",
         vapour="the n_emit particles nearest to a site that is free and can pay for them",
-        phases=dict(kinetic="never", vapour_as_site=False), without=("burst", "pooling", "adhesion"),
-        adds=dict(storage=SiteStorage()), needs=("phases", "nucleation")),
+        phases=dict(kinetic="never", vapour_as_site=False), without=("dynamic_nucleation", "pooling", "adhesion"),
+        adds=dict(storage=SiteStorage()), needs=("phases", "preset_nucleation")),
 }  # adhesion would keep a few particles of an emitted bubble, which occupy their site for ever
 
 

@@ -2,20 +2,20 @@
 import argparse
 import dataclasses
 
-from pysph_boiling.names import Refused, former_names
+from pysph_boiling.names import Refused, former_names, option
 from pysph_boiling.schemes.effects import EFFECTS
 
 __all__ = ["add_former_options", "add_options", "apply_options", "option_table"]
 
 
-def add_former_options(group, flag, name, form="--{}"):
-    """Add to an argparse group the options that ``flag`` was in earlier versions: each ends the run and names it.
+def add_former_options(group, name, prefix=""):
+    """Add to an argparse group the options that a slot or a parameter had in earlier versions, which name the new one.
 
-    ``name`` is the slot or the parameter (``"slot.name"``) that the option sets, ``form`` how it is made a flag.
+    ``prefix`` is "no_" for the switches that leave a slot out.
     """
     for old in former_names(name):
-        old = form.format(old.removeprefix("scene.").replace("_", "-"))
-        group.add_argument(old, action=Refused, dest=old, default=argparse.SUPPRESS, reason=f"is called {flag} now")
+        flag, reason = option(prefix + old), f"is called {option(prefix + name)} now"
+        group.add_argument(flag, action=Refused, dest=flag, default=argparse.SUPPRESS, reason=reason)
 
 
 def option_table(slots):
@@ -24,7 +24,7 @@ def option_table(slots):
     for slot in slots:
         for cls in EFFECTS[slot]:
             for spec in dataclasses.fields(cls):
-                flag = f"--{slot}.{spec.name.replace('_', '-')}"
+                flag = option(f"{slot}.{spec.name}")
                 if "unit" in spec.metadata and flag not in seen:
                     seen.add(flag)
                     rows.append((slot, spec.name, flag, spec))
@@ -63,16 +63,16 @@ def add_options(group, slots):
     """
     for slot in slots:
         titles = " or ".join(cls.title for cls in EFFECTS[slot])
-        group.add_argument(f"--{slot}", dest=f"{slot}.on", action="store_true", default=None, help=f"with {titles}")
-        group.add_argument(f"--no-{slot}", dest=f"{slot}.on", action="store_false", default=None,
+        group.add_argument(option(slot), dest=f"{slot}.on", action="store_true", default=None, help=f"with {titles}")
+        group.add_argument(option(f"no_{slot}"), dest=f"{slot}.on", action="store_false", default=None,
                            help=f"without {titles}")
-        for form in ("--{}", "--no-{}"):
-            add_former_options(group, form.format(slot), slot, form)
+        for prefix in ("", "no_"):
+            add_former_options(group, slot, prefix)
     for slot, name, flag, spec in option_table(slots):
         choices = spec.metadata["choices"]
         group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(spec), default=None, choices=choices,
                            metavar=None if choices else name.upper(), help=_help(spec.metadata, spec.default))
-        add_former_options(group, flag, f"{slot}.{name}")
+        add_former_options(group, f"{slot}.{name}")
 
 
 def apply_options(options, effects, slots):
@@ -85,7 +85,8 @@ def apply_options(options, effects, slots):
         switch = values.get(f"{slot}.on")
         if switch is False:
             if given:
-                raise ValueError(f"--no-{slot} and --{slot}.{next(iter(given))} contradict each other")
+                raise ValueError(f"{option(f'no_{slot}')} and {option(f'{slot}.{next(iter(given))}')} contradict each "
+                                 "other")
             result.pop(slot, None)
         elif slot in result and given:
             result[slot] = result[slot].replaced(**given)

@@ -7,7 +7,7 @@ from pysph.base.kernels import CubicSpline
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
-from pysph_boiling.names import SchemeError, current_name, unknown, whole_number
+from pysph_boiling.names import SchemeError, current_name, option, unknown, whole_number
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
@@ -167,7 +167,7 @@ class PBFScheme(Scheme):
                     cls = EFFECTS[needed][0].__name__
                     raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",
                                       f"pass {needed}={cls}(...) to the scheme, or leave '{slot}' out",
-                                      f"add --{needed}, or take '{slot}' out with --no-{slot}")
+                                      f"add {option(needed)}, or take '{slot}' out with {option(f'no_{slot}')}")
         return Scene(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,

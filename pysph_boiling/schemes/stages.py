@@ -73,7 +73,7 @@ STAGES = (
             GroupSpec("become", "the chosen liquid becomes vapour", ("phase", "T", "e")),
         )),
     )),
-    Stage("burst", "enough superheat for one region to fire", (
+    Stage("dynamic_nucleation", "enough superheat for one region to fire", (
         Block((
             GroupSpec("held", "latent heat that superheated particles hold", ("held",)),
             GroupSpec("region", "sensible heat of the region round each superheated particle",

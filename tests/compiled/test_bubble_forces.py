@@ -10,8 +10,8 @@ from harness import Evaluator, random_cloud
 from pysph.sph.equation import Group
 
 from pysph_boiling.equations.buoyancy import BubbleBuoyancy, BubbleBuoyancyIhmsen, BubbleBuoyancyPaper, BubbleDrag
-from pysph_boiling.equations.nucleation import NucleationSiteAttraction
-from pysph_boiling.equations.surface_tension import BubbleCohesion, BubbleSiteAdhesion
+from pysph_boiling.equations.cohesion import BubbleCohesion, BubbleSiteAdhesion
+from pysph_boiling.equations.preset_nucleation import NucleationSiteAttraction
 from pysph_boiling.equations.venting import VentingFilm, VentingFree, VentingRelease
 from pysph_boiling.equations.viscosity import PBFBodyForce
 from pysph_boiling.particles import fluid_array, fluid_block, site_array

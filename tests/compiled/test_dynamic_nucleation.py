@@ -1,4 +1,4 @@
-"""Dynamic nucleation: the compiled stage "burst" against a slow and literal reference that makes the same choices.
+"""Dynamic nucleation: the compiled stage against a slow and literal reference that makes the same choices.
 
 All lengths in spacings, all heat in units of m_p L. One set of effects is compiled, with latent heat held back.
 """
@@ -23,12 +23,12 @@ from pysph_boiling.schemes.effects import DynamicNucleation, HeatConduction, Pha
 L, M_P = WATER.L, WATER.rho_l  # spacing 1
 SUPERHEATED, VAPOUR = int(Phase.SUPERHEATED), int(Phase.VAPOUR)
 STREAMS = (0, 1)  # regions, members
-pytestmark = pytest.mark.filterwarnings("ignore:burst. the threshold asks for")  # clusters here are small
+pytestmark = pytest.mark.filterwarnings("ignore:dynamic_nucleation. the threshold asks for")  # clusters here are small
 
 
 def boiling(dim, interrupt="hold", fluids=("fluid",), **burst):
     return BoilingScheme(list(fluids), [], dim=dim, spacing=1.0, density=None, heat=HeatConduction(),
-                         phases=PhaseChange(interrupt=interrupt), burst=DynamicNucleation(**burst))
+                         phases=PhaseChange(interrupt=interrupt), dynamic_nucleation=DynamicNucleation(**burst))
 
 
 class Pool:
@@ -45,7 +45,7 @@ class Pool:
         self.scheme.configure_solver(dt=1e-3)
         stages, integrator = self.scheme.get_equations().groups, self.scheme.integrator
         self.reset()
-        self.stage = Evaluator([self.pa], stages[integrator.stages["burst"]], dim=dim, domain=domain)
+        self.stage = Evaluator([self.pa], stages[integrator.stages["dynamic_nucleation"]], dim=dim, domain=domain)
         self.ghosts = self.scheme.ghosts
         self.ghosts.arrays = [self.pa]
 
@@ -103,7 +103,7 @@ def neighbourhood(pool):
     offset = x[:, None] - x
     if pool.period:
         offset[..., 0] -= pool.period * np.round(offset[..., 0] / pool.period)
-    near = np.sqrt(np.sum(offset**2, axis=-1)) < pool.scheme.effects["burst"].radius * (1.0 + 1e-9)
+    near = np.sqrt(np.sum(offset**2, axis=-1)) < pool.scheme.effects["dynamic_nucleation"].radius * (1.0 + 1e-9)
     hot = pool.get("phase") == SUPERHEATED
     return near & hot & hot[:, None]
 
@@ -114,7 +114,7 @@ def reference(pool, count):
     A region fires if no other that holds enough heat and shares a member with it is stronger. Sums in whole numbers.
     """
     m, e, phase, uid = (pool.get(name) for name in ("m", "e", "phase", "uid"))
-    effect, near, held = pool.scheme.effects["burst"], neighbourhood(pool), pool.held
+    effect, near, held = pool.scheme.effects["dynamic_nucleation"], neighbourhood(pool), pool.held
     unit = [units(mass / M_P) for mass in m], [units(mass / M_P * heat / L) for mass, heat in zip(m, e - held)]
     mass, heat = (near @ np.array(row, float) for row in unit)  # whole numbers: exact
     cost = [units(mass / M_P * (L - mine) / L) for mass, mine in zip(m, held)]
@@ -221,7 +221,7 @@ def lattice(n, dim=3):
 def test_a_lattice_equals_the_reference_and_ends_below_the_threshold():
     """Regions of a lattice hold the particles at the radius too (33 of them), and tie."""
     pool = Pool(lattice(9), 0.4)
-    members = pool.scheme.effects["burst"].members(pool.scheme.scene())
+    members = pool.scheme.effects["dynamic_nucleation"].members(pool.scheme.scene())
     assert np.max(np.sum(neighbourhood(pool), axis=1)) == members == 33
     fired = [compare(pool, count)[0] for count in range(9)]
     assert sum(fired) >= 8 and fired[-1] == 0
@@ -396,7 +396,7 @@ def test_latent_heat_that_is_held_drives_no_burst(e_lat, burst):
     """Particles exactly at T_sat, whatever they hold and whatever the threshold: 3 m_p L, none of it sensible."""
     pool = Pool(ROW, 0.6, dim=2, radius=2.4, e_lat=e_lat, **burst)
     assert compare(pool) == (0, 0)
-    condition = pool.scheme.effects["burst"].conditions(pool.scheme.scene())["burst"]
+    condition = pool.scheme.effects["dynamic_nucleation"].conditions(pool.scheme.scene())["dynamic_nucleation"]
     assert condition([pool.pa]) is False
     pool.pa.e_lat[:] = 0.0  # the same enthalpy, all of it sensible
     assert condition([pool.pa]) is True
@@ -428,7 +428,8 @@ def test_who_holds_more_is_cheaper_and_who_has_cooled_holds_less():
 
 def test_policy_of_interruptions_decides_whether_there_is_held_heat():
     def kernels(interrupt):
-        return [type(term.equation).__name__ for term in boiling(3, interrupt).terms() if "burst." in term.place]
+        return [type(term.equation).__name__ for term in boiling(3, interrupt).terms()
+                if "dynamic_nucleation." in term.place]
 
     assert set(kernels("hold")) - set(kernels("convert")) == {"NucleationHeld", "NucleationRelease"}
     assert len(kernels("hold")) == len(kernels("convert")) + 2 == 7
@@ -445,7 +446,7 @@ def test_stage_runs_only_when_a_region_might_fire():
     scheme.set_temperature(pa, WATER.T_sat + np.where(pa.x < 4.0, 199.0, 20.0))
     stepper, integrator = Stepper(scheme, [pa], dt=1.0), scheme.integrator
     stepper.step()
-    assert integrator.wall_time["burst"] == 0.0 and not pa.member.any()
+    assert integrator.wall_time["dynamic_nucleation"] == 0.0 and not pa.member.any()
 
     pa.e[pa.x < 4.0] += WATER.c_l * 2.0
     ledger = Ledger(scheme)
@@ -454,7 +455,7 @@ def test_stage_runs_only_when_a_region_might_fire():
         stepper.step()
         row = ledger.row(step + 2.0, 1.0)
         assert abs(row["energy_residual"]) < 1e-10  # round-off; measured 1e-14
-    assert integrator.wall_time["burst"] > 0.0
+    assert integrator.wall_time["dynamic_nucleation"] > 0.0
     assert row["n_fired"] == pa.fired.sum() >= 3
     assert row["n_burst"] == pa.burst.sum() == row["n_vapour"] >= 20
     assert pa.steps[0] == 5.0
@@ -472,7 +473,7 @@ def test_condition_of_the_stage(burst, e, needed):
     scheme.setup_properties([pa])
     pa.phase[:] = np.r_[[SUPERHEATED] * 30, [VAPOUR] * 10]
     pa.e[:] = np.r_[[e * L] * 30, [9.0 * L] * 10]
-    condition = scheme.effects["burst"].conditions(scheme.scene())["burst"]
+    condition = scheme.effects["dynamic_nucleation"].conditions(scheme.scene())["dynamic_nucleation"]
     assert condition([pa]) is needed
 
 
@@ -488,17 +489,18 @@ def setup(dim=3, fluids=("fluid",), **burst):
 
 
 @pytest.mark.parametrize("build, message", [
-    (lambda: DynamicNucleation(q_crit=10.0, superheat_limit=50.0), "burst: give at most one of q_crit [m_p L] and "),
+    (lambda: DynamicNucleation(q_crit=10.0, superheat_limit=50.0), "give at most one of q_crit [m_p L] and "),
     (lambda: setup(2), "full region of 13 particles would fire at a mean superheat of 411.8 K, but water at 1 atm is "
                        "critical at 274 K: give a superheat_limit [K]"),
     (lambda: setup(3, q_crit=17.0), "33 particles would fire at a mean superheat of 275.8 K"),
     (lambda: setup(3, superheat_limit=274.0), "33 particles would fire at a mean superheat of 274 K"),
     (lambda: setup(3, radius=0.9, superheat_limit=50.0), "1 particles would fire at a mean superheat of 535.3 K"),
-    (lambda: setup(3, radius=2.5), "burst.radius must be <= 2.4 spacings (the support of the kernel), got 2.5"),
-    (lambda: setup(3, fluids=("water", "oil")), "burst: regions need all liquid in one fluid array, got ('water', "),
-    (lambda: DynamicNucleation(seed=0.5), "burst.seed must be a whole number, got 0.5"),
-    (lambda: BoilingScheme(["fluid"], [], dim=3, spacing=1.0, burst=DynamicNucleation()).scene(),
-     "effect 'burst' (DynamicNucleation) needs the effect 'phases'"),
+    (lambda: setup(3, radius=2.5),
+     "dynamic_nucleation.radius must be <= 2.4 spacings (the support of the kernel), got 2.5"),
+    (lambda: setup(3, fluids=("water", "oil")), "regions need all liquid in one fluid array, got ('water', "),
+    (lambda: DynamicNucleation(seed=0.5), "dynamic_nucleation.seed must be a whole number, got 0.5"),
+    (lambda: BoilingScheme(["fluid"], [], dim=3, spacing=1.0, dynamic_nucleation=DynamicNucleation()).scene(),
+     "effect 'dynamic_nucleation' (DynamicNucleation) needs the effect 'phases'"),
 ])
 def test_refused(build, message):
     with pytest.raises(ValueError, match=re.escape(message)):
@@ -511,7 +513,7 @@ def test_refused(build, message):
 ])
 def test_threshold_as_a_superheat(dim, burst, members, onset):
     scheme = setup(dim, **burst)
-    effect, scene = scheme.effects["burst"], scheme.scene()
+    effect, scene = scheme.effects["dynamic_nucleation"], scheme.scene()
     assert effect.members(scene) == members
     assert effect.onset(scene)[0] == pytest.approx(onset, abs=0.05)
     assert not list(effect.warnings(scene, 1e-3))
@@ -519,7 +521,7 @@ def test_threshold_as_a_superheat(dim, burst, members, onset):
 
 def test_threshold_below_the_price_of_one_particle_warns():
     scheme = setup(2, superheat_limit=30.0)
-    (sentence,) = scheme.effects["burst"].warnings(scheme.scene(), 1e-3)
+    (sentence,) = scheme.effects["dynamic_nucleation"].warnings(scheme.scene(), 1e-3)
     assert "asks for 30 K" in sentence and "13 particles" in sentence and "from 41.2 K on" in sentence
 
 

@@ -71,7 +71,7 @@ def test_every_part_of_a_boil_closes():
     last = rows[-1]
     assert last["n_vented"] >= 5 and last["n_refilled"] >= 1 and last["n_pushed"] >= 3
     parts = MechanicalLedger().booked(stepper.scheme.scene())
-    for part in ("gravity", "density", "expansion", "viscosity", "buoyancy", "tension", "drag", "vented",
+    for part in ("gravity", "density", "expansion", "viscosity", "buoyancy", "cohesion", "drag", "vented",
                  "oscillation"):
         assert part in parts and last[f"work_{part}"] != 0.0, part
     assert last["work_viscosity"] < 0.0 and last["work_vented"] < 0.0 and last["work_drag"] < 0.0
@@ -116,7 +116,7 @@ def column(ramp):
     """
     stepper, fluid, row = vessel(
         fill=16, bubble=0.0, expansion=Expansion(v_exp=1.5, ramp=ramp), buoyancy=Buoyancy(k_bubble=0.0),
-        tension=Cohesion(strength=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
+        cohesion=Cohesion(strength=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
         refill=Refill(rate=0.0), venting=Venting(mode="remove", free_steps=10**6),
         oscillation=Oscillation(form="hysteresis", min_particles=10**6))
     fluid.u[:] = fluid.v[:] = 0.0

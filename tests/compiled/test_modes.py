@@ -30,7 +30,8 @@ from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 
 DX, DT, L = 0.01, 1e-3, WATER.L
 RATE = 300.0  # 1/s: 0.3 of the excess in a step
-FROZEN = dict(density=None, heat=HeatConduction(), phases=PhaseChange(), nucleation=PresetNucleation(attraction=0.0))
+FROZEN = dict(density=None, heat=HeatConduction(), phases=PhaseChange(),
+              preset_nucleation=PresetNucleation(attraction=0.0))
 VAPOUR, HOT, COLD = int(Phase.VAPOUR), int(Phase.SUPERHEATED), int(Phase.LIQUID)
 
 
@@ -278,7 +279,7 @@ def arrays_for(scheme, sites=((0.0, 0.0, 0.0),)):
 
 @pytest.mark.parametrize("mode, effects, words", [
     ("gu", {}, "mode 'gu' needs a scene with the effect 'phases'; this one has none"),
-    ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'nucleation'; this one has phases"),
+    ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'preset_nucleation'; this one has phases"),
     ("macklin", BOIL, "no mode 'macklin'; there are: dynamic, gu, li_xiao"),
 ])
 def test_scene_that_has_no_such_mode(mode, effects, words):
@@ -316,14 +317,14 @@ def test_a_lone_site_reaches_far_enough(dim, n_emit):
 
 
 def test_table_of_modes():
-    effects = {**BOIL, "burst": DynamicNucleation()}
+    effects = {**BOIL, "dynamic_nucleation": DynamicNucleation()}
     assert effects_in_mode("dynamic", effects) == effects
     gu, li_xiao = (effects_in_mode(mode, effects) for mode in ("gu", "li_xiao"))
     others = {slot: effect for slot, effect in BOIL.items() if slot != "pooling"}
     assert gu == {**others, "phases": PhaseChange(kinetic="always")}
     others = {slot: effect for slot, effect in others.items() if slot != "adhesion"}
     assert li_xiao == {**others, "phases": PhaseChange(kinetic="never", vapour_as_site=False), "storage": SiteStorage()}
-    assert "burst" in effects and list(MODES) == ["dynamic", "gu", "li_xiao"]
+    assert "dynamic_nucleation" in effects and list(MODES) == ["dynamic", "gu", "li_xiao"]
 
     def kernels(effects):
         terms = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, sites=["sites"], **effects).terms()

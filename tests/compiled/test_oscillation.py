@@ -37,7 +37,7 @@ DT, G = 1e-3, 9.81
 def make_scheme(dim, v_exp=1.0, box=(1.0, 1.0, 1.0), **oscillation):
     return BoilingScheme(
         ["fluid"], ["wall"], dim=dim, spacing=DX, container=BoxContainer(upper=box), viscosity=XSPHViscosity(),
-        heat=HeatConduction(), phases=PhaseChange(), bubbles=BubbleLabels(), tension=Cohesion(),
+        heat=HeatConduction(), phases=PhaseChange(), bubbles=BubbleLabels(), cohesion=Cohesion(),
         expansion=Expansion(v_exp=v_exp), oscillation=Oscillation(**oscillation))
 
 

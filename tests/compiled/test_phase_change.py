@@ -224,11 +224,11 @@ def test_interruption_and_resumption_at_a_site(cases):
 @pytest.mark.parametrize("near", ["site", "vapour"])
 def test_reach_of_sites_and_of_vapour(near, radii, dim):
     """Liquid at saturation enters the latent stage within the radius, and superheats outside of it."""
-    phases, nucleation = SETS["states_hold"]["phases"], SETS["states_hold"]["nucleation"]
+    phases, nucleation = SETS["states_hold"]["phases"], SETS["states_hold"]["preset_nucleation"]
     assert (nucleation.radius, phases.kinetic_radius) == (1.6, 1.5)  # spacings
     if radii:
         nucleation, phases = nucleation.replaced(radius=radii[0]), phases.replaced(kinetic_radius=radii[1])
-    cases = Cases("hold", dim=dim, nucleation=nucleation, phases=phases)
+    cases = Cases("hold", dim=dim, preset_nucleation=nucleation, phases=phases)
     radius = DX * (nucleation.radius if near == "site" else phases.kinetic_radius)
     cases.set([Phase.LIQUID] * N, 0.0)
     direction = np.random.default_rng(3).normal(size=(N, 3)) * [1.0, 1.0, dim - 2.0]

@@ -37,8 +37,9 @@ PREAMBLE = """
 #define GDIM_0 gridDim.x
 """
 MORE = {
-    "explosive": {**{slot: effect for slot, effect in BOIL.items() if slot not in ("heater", "nucleation", "adhesion")},
-                  "burst": DynamicNucleation(superheat_limit=100.0), "expansion": Expansion(),
+    "explosive": {**{slot: effect for slot, effect in BOIL.items()
+                     if slot not in ("heater", "preset_nucleation", "adhesion")},
+                  "dynamic_nucleation": DynamicNucleation(superheat_limit=100.0), "expansion": Expansion(),
                   "oscillation": Oscillation()},
     "stored": {**BOIL, "phases": PhaseChange(kinetic="never"), "pooling": None, "storage": SiteStorage()},
 }

@@ -7,7 +7,7 @@ from pysph_boiling.examples.cooling import Cooling
 
 def test_vapour_condenses_once_the_heater_is_off(tmp_path):
     app = Cooling(output_dir=str(tmp_path))
-    app.run(["--flat", "--width", "30", "--fill", "14", "--sites", "3", "--heat-until", "0.3", "--duration", "1.5",
+    app.run(["--flat", "--width", "30", "--fill", "14", "--sites", "3", "--heater-until", "0.3", "--duration", "1.5",
              "--frame", "0.2", "--results-every", "4", "--no-pictures", "--openmp"])
     table = app.ledger.table()
     off = table["t"] > 0.3 + app.solver.dt
@@ -24,7 +24,7 @@ def test_vapour_condenses_once_the_heater_is_off(tmp_path):
 def test_heater_that_is_never_on_boils_nothing(tmp_path):
     app = Cooling(output_dir=str(tmp_path))
     app.check_final = app.check_ledger
-    app.run(["--flat", "--width", "20", "--fill", "8", "--sites", "1", "--heat-until", "0", "--duration", "0.1",
+    app.run(["--flat", "--width", "20", "--fill", "8", "--sites", "1", "--heater-until", "0", "--duration", "0.1",
              "--no-pictures", "--openmp"])
     assert app.ledger.rows[-1]["energy_heater"] == 0.0 and app.ledger.rows[-1]["n_vapour"] == 0.0
     assert app.ledger.rows[-1]["energy_loss"] == pytest.approx(app.ledger.rows[-1]["energy_out"])

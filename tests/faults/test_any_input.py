@@ -73,9 +73,9 @@ def test_wrong_value_is_an_error_that_names_the_parameter(cls, spec):
 
 
 FLAGS = ("--flat", "--demo", "--quick", "--describe", "--mode", "--effects", "--resume", "--quality", "--no-heat",
-         "--tf", "--heater.temperature", "--density.max-sweeps", "--density.skin", "--burst.q-crit", "--no-drag",
-         "--oscillation", "--spacing", "--seed", "--sites", "--frame", "--pfreq", "--dim", "--kernel", "--no-density",
-         "--venting.mode")
+         "--tf", "--heater.temperature", "--density.max-sweeps", "--density.skin", "--dynamic-nucleation.q-crit",
+         "--no-drag", "--oscillation", "--spacing", "--seed", "--sites", "--frame", "--pfreq", "--dim", "--kernel",
+         "--no-density", "--venting.mode")
 VALUES = ("1", "0", "-1", "nan", "inf", "1e300", "-1e-300", "2.5", "x", "", "gu", "auto", "reference", "1,2,3", "--",
           "=", "QuinticSpline", "remove", "\u2603", "../..", "%s", "{}")
 

@@ -18,7 +18,7 @@ from pysph_boiling.runs.application import Interrupt, Stopped
 from pysph_boiling.runs.ledger import load_results
 
 # within .7 s this pool vaporises, bursts, merges, vents and, once its heater is off, condenses; it writes every 5 steps
-SCENE = ["cooling", "--flat", "--width", "30", "--fill", "14", "--sites", "1", "--duration", "0.7", "--heat-until",
+SCENE = ["cooling", "--flat", "--width", "30", "--fill", "14", "--sites", "1", "--duration", "0.7", "--heater-until",
          "0.4", "--superheat", "60", "--superheat-limit", "5", "--seed", "1", "--frame", "0.005", "--no-pictures",
          "--openmp"]
 HAPPENS = dict(n_nucleated=20, n_burst=1, n_condensed=1, n_vented=1)  # column -> at least so many after the resume

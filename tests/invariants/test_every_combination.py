@@ -52,7 +52,7 @@ SWITCHES = {
     "interrupt": ("hold", "convert"),
     "heater": ("temperature", "flux"),
     "loss": (False, True),
-    "burst": (False, True),
+    "dynamic_nucleation": (False, True),
     "pooling": (False, True),
     "expansion": (False, True),
     "vapour_as_site": (True, False),
@@ -63,7 +63,7 @@ def possible(row):
     """Whether values (of some switches, or of all) may occur together."""
     if row.get("oscillation") == "rayleigh_plesset" and row.get("expansion") is False:
         return False
-    return not (row.get("burst") and row.get("mode") in ("gu", "li_xiao"))
+    return not (row.get("dynamic_nucleation") and row.get("mode") in ("gu", "li_xiao"))
 
 
 def covering_set():
@@ -98,12 +98,12 @@ def effects_of(row, upper):
         container=BoxContainer(upper=upper), viscosity=XSPHViscosity(),
         heat=HeatConduction(laplacian=row["laplacian"], time_scaling=800.0), heater=heater,
         phases=PhaseChange(interrupt=row["interrupt"], vapour_as_site=row["vapour_as_site"]),
-        nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
-        tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag())
+        preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
+        cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag())
     if row["loss"]:
         effects.update(loss=AmbientLoss(coefficient=100.0), source=HeatSource(density=1e4))
-    if row["burst"]:
-        effects["burst"] = DynamicNucleation(superheat_limit=30.0)
+    if row["dynamic_nucleation"]:
+        effects["dynamic_nucleation"] = DynamicNucleation(superheat_limit=30.0)
     if row["condensation"]:
         effects["condensation"] = Condensation(form=row["condensation"])
     if row["pooling"]:
@@ -165,7 +165,7 @@ def test_ledger_closes(row):
     assert sum(events.values()) > 0, events
     if row["condensation"] == "latent":
         assert events["n_condensed"] > 0
-    if row["burst"]:
+    if row["dynamic_nucleation"]:
         assert events["n_burst"] > 0
     if row["laplacian"] == "paper":
         assert table["energy_model_leak"][-1] != 0.0

@@ -119,9 +119,9 @@ class RankScene(SceneApplication):
             density=DensityConstraint(settle=3),
             container=BoxContainer(upper=(width + 4 * DX, 2.0 * height + 4 * DX, 0.0)), viscosity=XSPHViscosity(),
             heat=HeatConduction(time_scaling=800.0), heater=Heater(flux=2e4),
-            loss=AmbientLoss(), phases=PhaseChange(), nucleation=PresetNucleation(),
-            burst=DynamicNucleation(superheat_limit=100.0, radius=2.4), bubbles=BubbleLabels(),
-            condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(),
+            loss=AmbientLoss(), phases=PhaseChange(), preset_nucleation=PresetNucleation(),
+            dynamic_nucleation=DynamicNucleation(superheat_limit=100.0, radius=2.4), bubbles=BubbleLabels(),
+            condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), cohesion=Cohesion(),
             adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
             oscillation=Oscillation(form="hysteresis", min_particles=5),
             venting=Venting(mode="remove", free_fraction=0.6, free_steps=1), refill=Refill(rate=0.5))

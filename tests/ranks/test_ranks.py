@@ -28,7 +28,7 @@ SCENES = {  # scene and options; in 3-D unless flat
     **{scene: (scene, "--flat") for scene in ("bubble_merge", "bubble_rise", "bubble_split", "cooling", "geyser",
                                               "steady_boiling", "superheat_sites")},
     "dam_break": ("dam_break", "--dim", "3", "--spacing", "0.06"),
-    "explosive_boiling": ("explosive_boiling", *SMALL, "--superheat", "160", "--hot", "1", "--region", "2.4"),
+    "explosive_boiling": ("explosive_boiling", *SMALL, "--superheat", "160", "--hot", "1", "--region-radius", "2.4"),
     "rayleigh_plesset": ("bubble_held", "--oscillation.form", "rayleigh_plesset"),
 }
 WITH_VAPOUR = {"bubble_merge", "bubble_rise", "bubble_split", "explosive_boiling", "rayleigh_plesset"}  # at once

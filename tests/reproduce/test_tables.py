@@ -87,7 +87,7 @@ def by_phase_change(edge):
 def by_nucleation(edge):
     for e, burst in ((0.3, True), (0.02, False)):  # limit 100 K, 0.19 L
         toy = Toy(site=False).heat(e, edge.source)
-        evaluate(toy.scheme, "burst", toy.arrays, dt=toy.DT)
+        evaluate(toy.scheme, "dynamic_nucleation", toy.arrays, dt=toy.DT)
         changed = toy.fluid.phase != edge.source
         assert np.any(changed) == burst and np.all(toy.fluid.phase[changed] == edge.target)
 
@@ -148,7 +148,7 @@ def test_statements_follow_the_table(tmp_path, monkeypatch):
 @pytest.mark.parametrize("mode, changes, aspect, answer", [
     ("dynamic", dict(phases=dict(kinetic="always")), "Superheat capability", "No"),
     ("dynamic", dict(phases=dict(kinetic="always")), "Phase transition condition", "Thermodynamic only"),
-    ("dynamic", dict(without=("burst",)), "Superheat treatment", "No"),
+    ("dynamic", dict(without=("dynamic_nucleation",)), "Superheat treatment", "No"),
     ("gu", dict(phases={}), "Phase transition condition", "Thermodynamic + Kinetic"),
     ("gu", dict(phases={}), "Superheat capability", "Yes"),
     ("li_xiao", dict(without=()), "Superheat treatment", "Yes"),

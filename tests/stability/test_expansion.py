@@ -20,7 +20,8 @@ def bursting(v_exp, top):
     upper = (width * FLAT["spacing"], top * fill * FLAT["spacing"], 0.0)
     _, stepper = from_scene(SuperheatSites, effects=dict(
         container=BoxContainer(upper=upper), expansion=Expansion(v_exp=v_exp), venting=None, pooling=None,
-        buoyancy=None, burst=DynamicNucleation(superheat_limit=10.0, radius=2.4), heater=Heater(temperature=573.0),
+        buoyancy=None, heater=Heater(temperature=573.0),
+        dynamic_nucleation=DynamicNucleation(superheat_limit=10.0, radius=2.4),
         phases=PhaseChange(vapour_as_site=False)), width=width, fill=fill, sites=2, duration=2.0, **FLAT)
     fluid = stepper.arrays["fluid"]
     return stepper, fluid, load_bounds()["rules"]["speed"]["bound"] * np.sqrt(2.0 * 9.81 * fill * FLAT["spacing"])

@@ -12,14 +12,14 @@ from pysph_boiling.schemes.effects import EFFECTS, AmbientLoss, Drag, DynamicNuc
 
 DX, T_SAT = 0.004, WATER_1ATM.T_sat
 MOTION = {"density", "container", "viscosity"}
-BUBBLES = {"bubbles", "pooling", "buoyancy", "tension", "drag", "venting"}
+BUBBLES = {"bubbles", "pooling", "buoyancy", "cohesion", "drag", "venting"}
 
 # Scenes whose own set differs from what their arrays call for; the table in docs/model.md says why.
-SINGLE = {"burst", "condensation", "expansion"}
+SINGLE = {"dynamic_nucleation", "condensation", "expansion"}
 DIFFERS = {
     "heated_slab": {"density", "container", "viscosity", "convection"},
     "bubble_held": SINGLE, "bubble_merge": SINGLE, "bubble_rise": SINGLE, "bubble_split": SINGLE,
-    "cooling": {"burst"}, "superheat_sites": {"expansion"},
+    "cooling": {"dynamic_nucleation"}, "superheat_sites": {"expansion"},
 }
 
 
@@ -48,10 +48,11 @@ WARM = dict(heater=Heater(temperature=350.0), heated=0.5)
     (dict(T=300.0, **WARM), MOTION | {"heat", "heater", "convection"}),
     (dict(T=np.linspace(300.0, 320.0, 64)), MOTION | {"heat", "convection"}),
     (dict(T=T_SAT - 2.0, sites=True, **HOT),
-     MOTION | BUBBLES | {"heat", "heater", "phases", "nucleation", "adhesion", "condensation"}),
+     MOTION | BUBBLES | {"heat", "heater", "phases", "preset_nucleation", "adhesion", "condensation"}),
     (dict(T=T_SAT, **HOT), MOTION | BUBBLES | {"heat", "heater", "phases"}),
-    (dict(T=T_SAT - 2.0, heated=0.5, heater=Heater(flux=1e4), burst=DynamicNucleation(superheat_limit=50.0)),
-     MOTION | BUBBLES | {"heat", "heater", "phases", "burst", "condensation", "expansion"}),
+    (dict(T=T_SAT - 2.0, heated=0.5, heater=Heater(flux=1e4),
+          dynamic_nucleation=DynamicNucleation(superheat_limit=50.0)),
+     MOTION | BUBBLES | {"heat", "heater", "phases", "dynamic_nucleation", "condensation", "expansion"}),
     (dict(T=T_SAT, gravity=(0.0, 0.0, 0.0), **HOT), {"heat", "heater", "phases", "bubbles", "pooling"}),
     (dict(T=300.0, loss=AmbientLoss()), MOTION | {"heat", "loss", "convection"}),
     (dict(T=T_SAT, venting=Venting(mode="remove"), **HOT), MOTION | BUBBLES | {"heat", "heater", "phases", "refill"}),
@@ -63,9 +64,9 @@ def test_set_of_a_scene(given, expected):
 
 def test_what_is_asked_for_is_taken_as_it_is():
     drag = Drag(rate=3.0)
-    found = scheme(T=T_SAT, drag=drag, tension=None, **HOT)
-    assert found.effects["drag"] is drag and "tension" not in found.effects
-    assert {choice.slot: choice.reason for choice in found.choices}["tension"] == "as asked"
+    found = scheme(T=T_SAT, drag=drag, cohesion=None, **HOT)
+    assert found.effects["drag"] is drag and "cohesion" not in found.effects
+    assert {choice.slot: choice.reason for choice in found.choices}["cohesion"] == "as asked"
 
 
 def test_every_slot_has_a_place_and_every_choice_a_reason(capsys):
@@ -73,7 +74,7 @@ def test_every_slot_has_a_place_and_every_choice_a_reason(capsys):
     assert [choice.slot for choice in found.choices] == in_order(EFFECTS)
     assert all(choice.reason for choice in found.choices)
     out = capsys.readouterr().out.splitlines()
-    assert "with nucleation: there are sites" in out and "without refill: the lid returns what is vented" in out
+    assert "with preset_nucleation: there are sites" in out and "without refill: the lid returns what is vented" in out
     order = in_order(EFFECTS)
     assert all(order.index(needed) < order.index(slot) for slot in EFFECTS for needed in needs(slot))
     for slot, classes in EFFECTS.items():

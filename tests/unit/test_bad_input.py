@@ -56,7 +56,7 @@ COMMANDS = [
      "take 'container' out with --no-container"),
     ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': add --heat, or take "
      "'heater' out with --no-heater"),
-    ("run steady_boiling --tension.radius 5", "--tension.radius must be <= 2.4 spacings (the support of the kernel)"),
+    ("run steady_boiling --cohesion.radius 5", "--cohesion.radius must be <= 2.4 spacings (the support of the kernel)"),
     ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, the effects need 5"),
     ("run superheat_sites --flat --expansion.v-exp 4",
      "--expansion.v-exp must be below 3.166 for a particle of 0.003832 kg and a smoothing length of 0.0024 m, got 4"),
@@ -72,8 +72,8 @@ COMMANDS = [
     ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
     ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
     ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
-    ("run steady_boiling --nucleation.radius 5", "need 5: --nucleation.radius, --nucleation.attraction-radius and "
-     "--adhesion.radius must be at most 2.4"),
+    ("run steady_boiling --preset-nucleation.radius 5", "need 5: --preset-nucleation.radius, "
+     "--preset-nucleation.attraction-radius and --adhesion.radius must be at most 2.4"),
     ("run steady_boiling --expansion --expansion.ramp 1", "--expansion.ramp must be >= 2.0, got 1.0"),
     ("run dam_break --frame 1e-300", "s in steps of 1e-300 s are"),
     ("run steady_boiling --timestep 1e-15", "more than 2147483648: take longer steps or frames, a shorter --duration"),
@@ -92,8 +92,8 @@ COMMANDS = [
     ("run dam_break --timestep nan", "--timestep must be > 0 s, got nan s"),
     ("run dam_break --loglevel x", "--loglevel must be one of debug, info, warning, error, critical, none; got 'x'"),
     ("run dam_break --restart-file nowhere.hdf5", "--restart-file: no file nowhere.hdf5"),
-    ("run explosive_boiling --nucleation", "nucleation: preset sites need a particle array of sites: this scene has "
-     "none, so take 'nucleation' out with --no-nucleation"),
+    ("run explosive_boiling --preset-nucleation", "preset_nucleation: preset sites need a particle array of sites: "
+     "this scene has none, so take 'preset_nucleation' out with --no-preset-nucleation"),
     ("run steady_boiling --storage", "liquid must not store it: give --phases.kinetic never, as --mode li_xiao does"),
     ("run bubble_rise --no-expansion --oscillation.form rayleigh_plesset", "--oscillation.form = 'rayleigh_plesset' "
      "needs the effect 'expansion': add --expansion, or choose another form"),
@@ -118,7 +118,7 @@ def test_describe_writes_and_compiles_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("pysph.sph.sph_compiler.SPHCompiler.compile", lambda _: pytest.fail("compiled"))
     assert cli.main(["run", "steady_boiling", "--describe", "--no-drag"]) == 0
     out = capsys.readouterr().out
-    assert "stage density (always;" in out and "for tension" in out and "for drag" not in out
+    assert "stage density (always;" in out and "for cohesion" in out and "for drag" not in out
     assert not list(tmp_path.iterdir())
 
 
@@ -202,7 +202,7 @@ def test_crowded_base_of_a_scene_is_told():
 def swelling(dim, v_exp, *, kernel=None, hdx=1.2, mass=1.0, length=1.0, upper=None):
     """Arrays of a scheme with expansion, set up; one particle has another mass and smoothing length."""
     ring = {} if upper is None else dict(oscillation=Oscillation(form="rayleigh_plesset", upper=upper))
-    effects = {**sets.BOIL, "heater": None, "nucleation": None, "adhesion": None, "tension": None,
+    effects = {**sets.BOIL, "heater": None, "preset_nucleation": None, "adhesion": None, "cohesion": None,
                "expansion": Expansion(v_exp=v_exp)}
     scheme = BoilingScheme(["fluid"], [], dim=dim, spacing=DX, kernel=kernel, hdx=hdx, **{**effects, **ring})
     fluid = fluid_block((0.0,) * dim, (4 * DX,) * dim, spacing=DX, dim=dim, rho0=scheme.rho0, hdx=hdx)
@@ -274,7 +274,7 @@ def test_sites_without_the_name_of_an_array():
 
 @pytest.mark.parametrize(("more", "message"), [
     ("fluids", "bubbles: labels need all liquid and vapour in one fluid array"),
-    ("sites", "nucleation: put all preset sites into one array"),
+    ("sites", "preset_nucleation: put all preset sites into one array"),
 ])
 def test_what_must_be_one_array(more, message):
     """Labels and the nearest site are looked for within an array; two would be wrong without a word."""

@@ -16,6 +16,7 @@ from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.examples.dam_break import DamBreak
+from pysph_boiling.names import option
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, box_vessel, fluid_block, site_array
 from pysph_boiling.runs.ledger import Ledger
@@ -47,7 +48,7 @@ from pysph_boiling.schemes.stages import PLACES, STAGES, Term
 
 DX = 0.01
 FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6),
-        "burst": DynamicNucleation(superheat_limit=50.0), "pooling": LatentPooling(),
+        "dynamic_nucleation": DynamicNucleation(superheat_limit=50.0), "pooling": LatentPooling(),
         "convection": Convection(form="gradient"), "expansion": Expansion(), "oscillation": Oscillation(),
         "refill": Refill()}  # all but storage in sites, whose liquid stores no latent heat of its own
 CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
@@ -72,18 +73,19 @@ OWNS = {
         "phase kinetic vaporised interrupted e_lat", "",
         "n_liquid n_transition n_superheated n_vapour n_held energy_liquid energy_transition energy_superheated "
         "energy_vapour energy_held n_nucleated n_interrupted energy_hidden"),
-    "nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
-    "burst": ("NucleationHeld NucleationRegion NucleationClaim NucleationFire NucleationChoice NucleationShare "
-              "NucleationRelease",
-              "held region_heat fire_key pick_key claim fires cut e_chosen e_others member fired burst", "steps",
-              "n_burst n_fired"),
+    "preset_nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
+    "dynamic_nucleation": (
+        "NucleationHeld NucleationRegion NucleationClaim NucleationFire NucleationChoice NucleationShare "
+        "NucleationRelease",
+        "held region_heat fire_key pick_key claim fires cut e_chosen e_others member fired burst", "steps",
+        "n_burst n_fired"),
     "bubbles": ("BubbleStart BubbleSnap BubbleHook BubbleShortcut BubbleCheck BubbleLabel",
                 "parent grandparent unsettled bubble bubble_n", "bubble_rounds",
                 "n_bubbles bubble_radius_mean n_single_bubbles"),
     "condensation": ("BubbleCondensation", "condensing deficit condensed", "steps relabel", "n_condensed"),
     "pooling": ("PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
     "buoyancy": ("BubbleBuoyancy", "", "", ""),
-    "tension": ("BubbleCohesion", "", "", ""),
+    "cohesion": ("BubbleCohesion", "", "", ""),
     "adhesion": ("BubbleSiteAdhesion", "", "", ""),
     "drag": ("BubbleDrag", "", "", ""),
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
@@ -102,7 +104,7 @@ LEDGER = {"mass", "mass_in", "mass_out", "mass_residual"}  # columns of every ru
 def make(cls=BoilingScheme, effects=None, dt=1e-3, wide=False, **kwargs):
     """A scheme, its arrays and its equations, ready to compile; ``wide`` lets sites reach further."""
     if cls is BoilingScheme:
-        kwargs.setdefault("sites", ["sites"] if "nucleation" in (effects or {}) else [])
+        kwargs.setdefault("sites", ["sites"] if "preset_nucleation" in (effects or {}) else [])
     scheme = cls(["fluid"], ["wall"], dim=2, spacing=DX, **(effects or {}), **kwargs)
     common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
     corners = (0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0)
@@ -167,7 +169,7 @@ def test_absent_effect_adds_nothing(slot):
 
 def test_stages_that_an_effect_leaves_as_they_are_keep_their_modules():
     """PySPH alone would compile every stage anew, since each module declares what any effect brings along."""
-    full, less = (sources(*make(effects=effects)) for effects in (FULL, without("burst")))
+    full, less = (sources(*make(effects=effects)) for effects in (FULL, without("dynamic_nucleation")))
     assert len(full) == len(less) + 1 and not set(full) & set(less)
     assert set(map(strip_unused_declarations, less)) <= set(map(strip_unused_declarations, full))
 
@@ -190,7 +192,7 @@ def test_mechanical_ledger_adds_what_it_owns(effects):
     """It cannot be in FULL, since it sets the forces of each effect apart."""
     before, after = make(effects=effects), make(effects={**effects, "mechanics": MechanicalLedger()})
     swells = "expansion" in effects
-    owners = {"density", "viscosity", "nucleation", "buoyancy", "tension", "adhesion", "drag", "venting"}
+    owners = {"density", "viscosity", "preset_nucleation", "buoyancy", "cohesion", "adhesion", "drag", "venting"}
     parts = owners | {"gravity", "vented", "container"} | ({"expansion"} if swells else set())
     for what, own in (
         (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, {"PBFPressure"} if swells else set()),
@@ -348,9 +350,9 @@ def test_no_option_changes_nothing():
 
 @pytest.mark.parametrize("slot", [slot for slot in FULL if slot not in ("heater", "source")])
 def test_switches(slot):
-    off = apply_options(parse(f"--no-{slot}"), FULL, BoilingScheme.slots)
+    off = apply_options(parse(option(f"no_{slot}")), FULL, BoilingScheme.slots)
     assert off == {name: effect for name, effect in FULL.items() if name != slot}
-    on = apply_options(parse(f"--{slot}"), off, BoilingScheme.slots)
+    on = apply_options(parse(option(slot)), off, BoilingScheme.slots)
     assert on[slot] == EFFECTS[slot][0]()
 
 
@@ -450,7 +452,8 @@ def test_groups_refresh_what_there_is():
     ("hooks", lambda: {"phases.emit": print}, "effect 'drag' hooks on 'phases.emit', which has no equations here"),
     ("conditions", lambda: {"bubles": print},
      "no stage for a condition of effect 'drag': 'bubles'; did you mean 'bubbles'"),
-    ("conditions", lambda: {"burst": print}, "condition for the stage 'burst', which has no equations here"),
+    ("conditions", lambda: {"dynamic_nucleation": print},
+     "condition for the stage 'dynamic_nucleation', which has no equations here"),
 ])
 def test_what_would_never_run_is_refused(monkeypatch, method, given, message):
     monkeypatch.setattr(Drag, method, lambda *_: given())
@@ -499,7 +502,7 @@ def test_refresh_copies_to_the_images_and_keeps_their_shift():
 # --- warnings ---------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("effects", "kwargs", "message"), [
-    (sets.BOIL, dict(dt=3e-3), r"tension.strength g dt\^2/spacing = 0.044 is above 0.025: bubbles stir the "
+    (sets.BOIL, dict(dt=3e-3), r"cohesion.strength g dt\^2/spacing = 0.044 is above 0.025: bubbles stir the "
      "liquid; use a shorter step or less cohesion"),
     (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy: without gravity it does nothing"),
 ])

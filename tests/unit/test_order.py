@@ -82,7 +82,7 @@ def forms():
 def test_no_group_changes_what_its_neighbour_sums_read(slot, effect):
     effects = {"container": BoxContainer(), **EVERYTHING, slot: effect}
     if slot == "storage":
-        effects["burst"] = None
+        effects["dynamic_nucleation"] = None
     scheme = BoilingScheme(["left", "right"], ["wall"], dim=3, spacing=0.01, sites=["sites"], **effects)
     terms = scheme.terms()
     assert any(term.owner == slot for term in terms) or slot in ("refill", "mechanics")  # they have no equations

@@ -11,7 +11,7 @@ from pysph.base.utils import get_particle_array
 import pysph_boiling.equations
 from pysph_boiling.cli import main
 from pysph_boiling.examples import scene_class, scenes
-from pysph_boiling.names import RENAMED, check_renamed, current_name, former_names
+from pysph_boiling.names import RENAMED, check_renamed, current_name, current_quantity, former_names, option
 from pysph_boiling.runs.application import SceneApplication
 from pysph_boiling.runs.resume import compare, settings, use_new_names, with_units
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -58,14 +58,14 @@ def options():
     """(scene, old option, new option) for every row, and for every parameter of a slot that has another name."""
     flags = []
     for slot in EFFECTS:
-        flags += [(f"{form}{old}", f"{form}{slot}", "steady_boiling") for old in former_names(slot)
-                  for form in ("", "no-")]
+        flags += [(f"{prefix}{old}", f"{prefix}{slot}", "steady_boiling") for old in former_names(slot)
+                  for prefix in ("", "no_")]
         flags += [(old, f"{slot}.{name}", "steady_boiling") for cls in EFFECTS[slot] for name in fields(cls)
                   for old in former_names(f"{slot}.{name}")]
     for scene, cls in SCENES.items():
         flags += [(old.removeprefix("scene."), name, scene) for name in fields(cls.Parameters)
                   for old in former_names(f"scene.{name}")]
-    return [(scene, *(f"--{name.replace('_', '-')}" for name in (old, new))) for old, new, scene in flags]
+    return [(scene, option(old), option(new)) for old, new, scene in flags]
 
 
 @pytest.mark.parametrize(("scene", "old", "new"), options())
@@ -76,11 +76,15 @@ def test_old_option_is_refused_with_the_new_one(scene, old, new, tmp_path, monke
     assert not list(tmp_path.iterdir())
 
 
-def test_property_of_an_old_file_is_read_under_its_new_name():
-    pa = get_particle_array(name="fluid", x=np.arange(3.0), aim=[0.9, 1.0, 1.1])
+def test_what_an_old_file_holds_is_read_under_its_new_name():
+    pa = get_particle_array(name="fluid", x=np.arange(3.0), aim=[0.9, 1.0, 1.1], au_by_tension=[1.0, 2.0, 3.0],
+                            constants={"work_tension": 4.0, "work_drag": 5.0})
     use_new_names(pa)
     np.testing.assert_array_equal(pa.target_radius, [0.9, 1.0, 1.1])
-    assert "target_radius" in pa.output_property_arrays
+    np.testing.assert_array_equal(pa.au_by_cohesion, [1.0, 2.0, 3.0])
+    assert {name: values[0] for name, values in pa.constants.items()} == {"work_cohesion": 4.0, "work_drag": 5.0}
+    assert {"target_radius", "au_by_cohesion"} <= set(pa.output_property_arrays)
+    assert current_quantity("n_burst") == "n_burst" and current_quantity("work_drag") == "work_drag"
 
 
 def test_no_effect_and_equation_share_a_name():

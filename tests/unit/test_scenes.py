@@ -7,6 +7,7 @@ import pytest
 from pysph_boiling.cli import main
 from pysph_boiling.examples import scene_class
 from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.names import option
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import AmbientLoss
@@ -41,7 +42,7 @@ def slots(name):
 @pytest.mark.parametrize(("name", "slot"), [(name, slot) for name in SMALL for slot in slots(name)])
 def test_scene_without_an_effect_is_told_rightly_or_refused(name, slot):
     try:
-        application = built(name, f"--no-{slot}")
+        application = built(name, option(f"no_{slot}"))
     except ValueError as refused:
         assert slot in str(refused) and len(str(refused).split()) > 5, refused
         return
@@ -52,7 +53,7 @@ def test_scene_without_an_effect_is_told_rightly_or_refused(name, slot):
     rows = application.recorded_parameters()
     for spec_name, row in rows.items():
         if row.get("replaced_by"):
-            assert row["replaced_by"] == f"--no-{slot}", spec_name
+            assert row["replaced_by"] == option(f"no_{slot}"), spec_name
 
 
 def test_facts_are_those_of_the_heater_that_was_built():
@@ -68,7 +69,7 @@ def test_facts_are_those_of_the_heater_that_was_built():
     dry = flux.ledger.mass(flux.scheme.arrays) * WATER.L / power
     assert flux.facts()["time to boil dry at that flux"][0] == pytest.approx(dry)
     assert "time to boil dry at that flux" not in built("steady_boiling", "--heater.temperature", "300").facts()
-    limit = built("geyser", "--burst.superheat-limit", "99").facts()["St = c_l limit/L"][0]
+    limit = built("geyser", "--dynamic-nucleation.superheat-limit", "99").facts()["St = c_l limit/L"][0]
     assert limit == pytest.approx(WATER.c_l * 99.0 / WATER.L)
 
 
@@ -78,9 +79,9 @@ def test_facts_are_those_of_the_heater_that_was_built():
     ("steady_boiling", ["--no-heater"], "superheat", "--no-heater"),
     ("steady_boiling", ["--heat.time-scaling", "7"], "time_scaling", "--heat"),
     ("heated_slab", ["--heater.temperature", "300"], "T_1", "--heater"),
-    ("cooling", ["--heater.until", "9"], "heat_until", "--heater"),
+    ("cooling", ["--heater.until", "9"], "heater_until", "--heater"),
     ("geyser", ["--expansion.v-exp", "2"], "v_exp", "--expansion"),
-    ("superheat_sites", ["--mode", "gu"], "superheat_limit", "--no-burst"),
+    ("superheat_sites", ["--mode", "gu"], "superheat_limit", "--no-dynamic-nucleation"),
 ])
 def test_record_tells_which_parameters_an_option_has_replaced(name, options, parameter, by):
     rows = built(name, *options).recorded_parameters()

@@ -45,7 +45,7 @@ class BubbleAtRest(Problem):
         unit = math.sqrt(self.spacing / 9.81)
         scheme, fluid, stepper = still_water(
             p, dt_factor=self.dt_factor, settle=self.settle * unit, density=self.density,
-            buoyancy=Buoyancy(k_bubble=0.0), tension=Cohesion(strength=self.strength))
+            buoyancy=Buoyancy(k_bubble=0.0), cohesion=Cohesion(strength=self.strength))
         place = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :self.dim] / self.spacing - 0.5 * self.cells
         inside = np.linalg.norm(place, axis=1) < self.radius
         blow(fluid, inside)

@@ -17,7 +17,7 @@ from pysph_boiling.schemes.effects import DensityConstraint, HeatConduction
 
 __all__ = ["BubbleRise", "blow", "still_water"]
 
-STILL = dict(burst=None, condensation=None, pooling=None, expansion=None, oscillation=None, venting=None,
+STILL = dict(dynamic_nucleation=None, condensation=None, pooling=None, expansion=None, oscillation=None, venting=None,
              heat=HeatConduction(time_scaling=1e-9))  # so that the bubble only rises
 
 

@@ -61,7 +61,7 @@ class RingingBubble(Problem):
         scheme = BoilingScheme(
             ["fluid"], ["wall"], dim=3, spacing=dx, container=BoxContainer(upper=tuple(upper + dx)),
             viscosity=XSPHViscosity(), heat=HeatConduction(), phases=PhaseChange(), bubbles=BubbleLabels(),
-            tension=Cohesion(), expansion=Expansion(v_exp=1.0), oscillation=Oscillation(
+            cohesion=Cohesion(), expansion=Expansion(v_exp=1.0), oscillation=Oscillation(
                 form="rayleigh_plesset", time_scale=self.time_scale, pressure=PRESSURE, kappa=KAPPA,
                 viscosity=self.viscosity))
         common = dict(spacing=dx, dim=3, rho0=water.rho_l)

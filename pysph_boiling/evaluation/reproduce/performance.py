@@ -39,7 +39,7 @@ PAPER = {
                              "conservation.", ("one bubble becomes several", "breakup keeps")),
 }
 TIMED = {  # scene -> options of a timed run: long enough for vapour to be there
-    "steady_boiling": ("--max-steps", "720"), "cooling": ("--max-steps", "720", "--heat-until", "0.6"),
+    "steady_boiling": ("--max-steps", "720"), "cooling": ("--max-steps", "720", "--heater-until", "0.6"),
     "explosive_boiling": ("--max-steps", "150"), "bubble_rise": ("--max-steps", "150"),
     "bubble_merge": ("--max-steps", "150"), "bubble_split": ("--max-steps", "150"),
 }

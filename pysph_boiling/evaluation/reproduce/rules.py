@@ -36,9 +36,9 @@ class Toy:
     DT = 0.01  # [s]
 
     def __init__(self, mode="dynamic", *, site=True):
-        effects = dict(heat=HeatConduction(), phases=PhaseChange(), nucleation=PresetNucleation(),
+        effects = dict(heat=HeatConduction(), phases=PhaseChange(), preset_nucleation=PresetNucleation(),
                        bubbles=BubbleLabels(), condensation=Condensation(),
-                       burst=DynamicNucleation(superheat_limit=100.0))
+                       dynamic_nucleation=DynamicNucleation(superheat_limit=100.0))
         self.scheme = BoilingScheme(["fluid"], [], dim=2, spacing=self.DX, sites=["sites"], material=WATER_1ATM,
                                     **effects_in_mode(mode, effects))
         points = np.zeros((self.SIDE**2, 3))
@@ -50,7 +50,7 @@ class Toy:
         widen_sites(self.scheme, self.arrays)
         self.scheme.setup_properties(self.arrays)
         self.near = np.hypot(self.fluid.x, self.fluid.y - place[1]) < \
-            self.scheme.effects["nucleation"].radius * self.DX
+            self.scheme.effects["preset_nucleation"].radius * self.DX
 
     def heat(self, e, phase=Phase.LIQUID):
         """Set the specific enthalpy, in units of L, and the phase of all particles."""
@@ -60,7 +60,7 @@ class Toy:
     def step(self, n=1):
         """Evaluate phases and dynamic nucleation ``n`` times; returns the phases."""
         for _ in range(n):
-            for stage in ("phases", "burst"):
+            for stage in ("phases", "dynamic_nucleation"):
                 evaluate(self.scheme, stage, self.arrays, dt=self.DT)
         return self.fluid.phase.copy()
 

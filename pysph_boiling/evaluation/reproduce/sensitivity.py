@@ -58,7 +58,7 @@ def explosion(quick):
     """
     size = ("--width", "10", "--fill", "10", "--max-steps", "40") if quick else (
         "--width", "14", "--fill", "16", "--max-steps", "200")
-    return (*size, "--superheat", "160", "--hot", "1", "--region", "2.4")
+    return (*size, "--superheat", "160", "--hot", "1", "--region-radius", "2.4")
 
 
 def bounds(n, dim, r_min=PAPER["r_min"], r_max=PAPER["r_max"], k_model=PAPER["k_model"]):
@@ -115,7 +115,7 @@ class Table3(Figure):
             for value in values:
                 for seed in (1,) if quick else (1, 2, 3):
                     if parameter == "Q_crit":
-                        options = (*explosion(quick), "--burst.q-crit", f"{value:g}")
+                        options = (*explosion(quick), "--dynamic-nucleation.q-crit", f"{value:g}")
                         name, scene = f"q_crit_{value:g}", "explosive_boiling"
                     else:
                         lower, upper = bounds(held.n, held.dim, **({parameter: value} if parameter in PAPER else {}))

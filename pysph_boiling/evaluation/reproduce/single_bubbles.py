@@ -11,7 +11,7 @@ from pysph_boiling.report.sections import Statement, Table, bound, judged, sprea
 
 __all__ = ["Figure7", "Figure8", "Figure9", "Figure10", "Figure11", "Figure12", "rise"]
 
-VARIANTS = {"full": (), "no_burst": ("--no-burst",), "no_oscillation": ("--no-oscillation",)}
+VARIANTS = {"full": (), "no_burst": ("--no-dynamic-nucleation",), "no_oscillation": ("--no-oscillation",)}
 TITLES = {"full": "full model", "no_burst": "no dynamic nucleation", "no_oscillation": "no oscillation"}
 COLOURS = {"full": "#3B7EBF", "no_burst": "#E8A33D", "no_oscillation": "#8E4585"}
 SEEDS = {"full": {True: (1,), False: (1, 2, 3)}, "no_burst": {True: (1,), False: (1,)},

@@ -29,7 +29,7 @@ def steady_run(seed, quick):
 
 def cooling_run(seed, quick):
     """A run of cooling."""
-    options = ("--flat", "--width", "30", "--fill", "14", "--sites", "3", "--duration", "1.7", "--heat-until", "0.4",
+    options = ("--flat", "--width", "30", "--fill", "14", "--sites", "3", "--duration", "1.7", "--heater-until", "0.4",
                "--results-every", "4") if quick else ()
     return Run(f"cooling_seed{seed}", "cooling", ("--seed", str(seed), *options, "--frame", "0.05"))
 
@@ -168,7 +168,7 @@ class Cooling(Figure):
         group = members(results, "cooling")
         end = min(float(one.table["t"][-1]) for one in group)
         first = group[0].result
-        off = float(first.record["parameters"]["heat_until"]["value"])
+        off = float(first.record["parameters"]["heater_until"]["value"])
         moments = [0.8 * off, off, *(off + share * (end - off) for share in (0.1, 0.3, 0.6, 1.0))]
         pictures = [sheet([(first, t, "heating" if t < off else "heater off") for t in moments],
                           folder / "cooling.png", f"The heater is switched off at {off:.2g} s, seed 1.")]

@@ -21,7 +21,8 @@ __all__ = ["cases"]
 PAPER = {
     **BOIL, "heat": HeatConduction(laplacian="paper", time_scaling=800.0), "condensation": Condensation(form="paper"),
     "buoyancy": Buoyancy(form="paper", k_bubble=1.5), "oscillation": Oscillation(form="band", gradient="paper"),
-    "phases": PhaseChange(interrupt="convert"), "burst": DynamicNucleation(superheat_limit=60.0), "loss": AmbientLoss(),
+    "phases": PhaseChange(interrupt="convert"), "loss": AmbientLoss(),
+    "dynamic_nucleation": DynamicNucleation(superheat_limit=60.0),
     "heater": Heater(temperature=T_SAT + 60.0), "venting": Venting(mode="lid")}
 
 

@@ -38,11 +38,12 @@ DX, T_SAT, L = 0.004, WATER_1ATM.T_sat, WATER_1ATM.L
 MOTION = dict(viscosity=XSPHViscosity(wall=1.0))
 BOIL = dict(
     viscosity=XSPHViscosity(), heat=HeatConduction(time_scaling=800.0), heater=Heater(temperature=T_SAT + 60.0),
-    phases=PhaseChange(), nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
-    pooling=LatentPooling(), buoyancy=Buoyancy(), tension=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
+    phases=PhaseChange(), preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(),
+    pooling=LatentPooling(), buoyancy=Buoyancy(), cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(),
     venting=Venting())
 EVERYTHING = {
-    **BOIL, "loss": AmbientLoss(), "source": HeatSource(density=1e3), "burst": DynamicNucleation(superheat_limit=30.0),
+    **BOIL, "loss": AmbientLoss(), "source": HeatSource(density=1e3),
+    "dynamic_nucleation": DynamicNucleation(superheat_limit=30.0),
     "convection": Convection(), "expansion": Expansion(), "oscillation": Oscillation(form="relative"),
     "venting": Venting(mode="remove"), "refill": Refill()}
 NO_HEAT = dict(loss=AmbientLoss(coefficient=0.0), source=HeatSource(density=0.0))  # the same modules, but no exchange
@@ -72,7 +73,7 @@ def vessel(dim, size, points, effects, *, velocity=None, temperature=T_SAT - 2.0
     """
     points = np.asarray(points, float)
     upper = (*(DX * component for component in size), *(0.0,) * (3 - dim))
-    names = ["sites"] if "nucleation" in effects else []
+    names = ["sites"] if "preset_nucleation" in effects else []
     scheme = BoilingScheme(["fluid"], ["wall"], dim=dim, spacing=DX, sites=names, material=material, gravity=gravity,
                            density=density or DensityConstraint(), **{"container": BoxContainer(upper=upper),
                                                                       **effects})

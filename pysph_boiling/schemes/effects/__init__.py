@@ -13,9 +13,10 @@ from pysph_boiling.schemes.effects.base import (
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
-from pysph_boiling.schemes.effects.phases import PhaseChange, PresetNucleation
+from pysph_boiling.schemes.effects.phases import PhaseChange
+from pysph_boiling.schemes.effects.preset_nucleation import PresetNucleation
 from pysph_boiling.schemes.effects.site_storage import SiteStorage
-from pysph_boiling.schemes.effects.burst import DynamicNucleation
+from pysph_boiling.schemes.effects.dynamic_nucleation import DynamicNucleation
 from pysph_boiling.schemes.effects.bubbles import BubbleLabels, Buoyancy, Cohesion, Drag, SiteAdhesion
 from pysph_boiling.schemes.effects.condensation import Condensation
 from pysph_boiling.schemes.effects.pooling import LatentPooling

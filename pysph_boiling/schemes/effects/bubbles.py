@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pysph_boiling.equations import bubble_groups, buoyancy, surface_tension
+from pysph_boiling.equations import bubble_groups, buoyancy, cohesion
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, any_vapour, param
@@ -140,7 +140,7 @@ class Buoyancy(Effect):
 class Cohesion(Effect):
     """Cohesion between vapour particles, which keeps a bubble round and in one piece."""
 
-    slot: ClassVar[str] = "tension"
+    slot: ClassVar[str] = "cohesion"
     title: ClassVar[str] = "cohesion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
@@ -156,17 +156,17 @@ class Cohesion(Effect):
 
     def check(self, scene, arrays):
         if self.radius * scene.spacing > scene.support * (1.0 + 1e-9):
-            raise ValueError(f"tension.radius must be <= {scene.support / scene.spacing:.3g} spacings (the support of "
+            raise ValueError(f"cohesion.radius must be <= {scene.support / scene.spacing:.3g} spacings (the support of "
                              f"the kernel), got {self.radius}")
 
     def warnings(self, scene, dt):
         number, bound = self.strength_in(scene) * scene.g * dt * dt / scene.spacing, self.MAX_COHESION_NUMBER[scene.dim]
         if number > bound * (1.0 + 1e-9):
-            yield (f"tension.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the "
+            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the "
                    "liquid; use a shorter step or less cohesion")
 
     def terms(self, scene, fluid):
-        yield Term("forces.sum", surface_tension.BubbleCohesion(
+        yield Term("forces.sum", cohesion.BubbleCohesion(
             fluid, list(scene.fluids), strength=self.strength_in(scene) * scene.g,
             radius=scene.bubble_radius(self.radius)))
 
@@ -177,7 +177,7 @@ class SiteAdhesion(Effect):
 
     slot: ClassVar[str] = "adhesion"
     title: ClassVar[str] = "adhesion to sites"
-    requires: ClassVar[tuple[str, ...]] = ("nucleation", "density")
+    requires: ClassVar[tuple[str, ...]] = ("preset_nucleation", "density")
     called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles stick to their sites")
     strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
@@ -186,7 +186,7 @@ class SiteAdhesion(Effect):
         return self.strength if self.strength is not None else {2: 15.0, 3: 8.0}[scene.dim]
 
     def terms(self, scene, fluid):
-        yield Term("forces.sum", surface_tension.BubbleSiteAdhesion(
+        yield Term("forces.sum", cohesion.BubbleSiteAdhesion(
             fluid, list(scene.sites), strength=self.strength_in(scene) * scene.g, radius=self.radius * scene.spacing,
             spacing=scene.spacing))
 

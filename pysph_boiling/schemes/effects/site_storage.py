@@ -28,7 +28,7 @@ class SiteStorage(Effect):
     slot: ClassVar[str] = "storage"
     title: ClassVar[str] = "storage of latent heat in sites"
     on_ranks: ClassVar[bool] = False  # particles know their site by its place in the array, and ranks differ in that
-    requires: ClassVar[tuple[str, ...]] = ("phases", "nucleation")
+    requires: ClassVar[tuple[str, ...]] = ("phases", "preset_nucleation")
     rate: float = param(None, "1/s", "rate at which liquid pays its excess into a site; that of conduction to its "
                                      "2 dim nearest neighbours if not given", low=0.0)
     n_emit: int = param(None, "-", "particles in an emitted bubble; 15 in 2-D and 20 in 3-D if not given", low=1)
@@ -49,7 +49,7 @@ class SiteStorage(Effect):
         """Distance at which a site finds its particles [m]: half a disc or half a ball of them, and a spacing more."""
         n = self.number(scene)
         radius = math.sqrt(2.0 * n / math.pi) if scene.dim == 2 else math.cbrt(1.5 * n / math.pi)
-        return max(radius + 1.0, scene.effects["nucleation"].radius) * scene.spacing
+        return max(radius + 1.0, scene.effects["preset_nucleation"].radius) * scene.spacing
 
     def site_properties(self, scene):
         return (
@@ -119,7 +119,7 @@ class SiteStorage(Effect):
 
     def terms(self, scene, fluid):
         material, fluids, sites = scene.material, list(scene.fluids), list(scene.sites)
-        radius = scene.effects["nucleation"].radius * scene.spacing
+        radius = scene.effects["preset_nucleation"].radius * scene.spacing
         bubble = dict(n_emit=self.number(scene), L=material.L)
         yield Term("phases.occupied", site_storage.StorageNearest(fluid, sites, reach=self.reach(scene)))
         yield Term("phases.absorb", site_storage.StorageAbsorption(

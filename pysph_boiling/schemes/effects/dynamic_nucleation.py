@@ -30,13 +30,13 @@ class DynamicNucleation(Effect):
     vaporisation of the particle that holds it, so a region may make more vapour than its sensible heat alone pays for.
     """
 
-    slot: ClassVar[str] = "burst"
+    slot: ClassVar[str] = "dynamic_nucleation"
     title: ClassVar[str] = "dynamic nucleation"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
     called_for: ClassVar[Rule] = Rule(
-        lambda facts, chosen: facts.hottest > facts.T_sat + facts.burst_at,
-        "liquid may superheat to the {f.burst_at:.0f} K at which a region fires",
-        "no superheat of {f.burst_at:.0f} K, at which a region fires")
+        lambda facts, chosen: facts.hottest > facts.T_sat + facts.fires_above,
+        "liquid may superheat to the {f.fires_above:.0f} K at which a region fires",
+        "no superheat of {f.fires_above:.0f} K, at which a region fires")
     q_crit: float = param(None, "-", "heat above which a region fires, in units of m_p L; 10 if neither this nor "
                           "superheat_limit is given", low=0.0)
     superheat_limit: float = param(None, "K", "mean superheat above which a region fires; give this or q_crit", low=0.0)
@@ -46,7 +46,7 @@ class DynamicNucleation(Effect):
     def __post_init__(self):
         super().__post_init__()
         if self.q_crit is not None and self.superheat_limit is not None:
-            raise ValueError("burst: give at most one of q_crit [m_p L] and superheat_limit [K]")
+            raise ValueError("dynamic_nucleation: give at most one of q_crit [m_p L] and superheat_limit [K]")
 
     def replaced(self, **changes):
         if len(changes.keys() & {"q_crit", "superheat_limit"}) == 1:  # the one that is given takes the other's place
@@ -77,21 +77,21 @@ class DynamicNucleation(Effect):
 
     def check(self, scene, arrays):
         if len(scene.fluids) > 1:
-            raise ValueError(f"burst: regions need all liquid in one fluid array, got {scene.fluids}")
+            raise ValueError(f"dynamic_nucleation: regions need all liquid in one fluid array, got {scene.fluids}")
         if self.radius * scene.spacing > scene.support * (1.0 + EDGE):
-            raise ValueError(f"burst.radius must be <= {scene.support / scene.spacing:.3g} spacings (the support of "
-                             f"the kernel), got {self.radius}")
+            raise ValueError(f"dynamic_nucleation.radius must be <= {scene.support / scene.spacing:.3g} spacings (the "
+                             f"support of the kernel), got {self.radius}")
         onset, limit = max(self.onset(scene)), scene.material.T_crit - scene.material.T_sat
         if onset >= limit:
-            raise ValueError(f"burst: a full region of {self.members(scene)} particles would fire at a mean superheat "
-                             f"of {onset:.4g} K, but {scene.material.name} is critical at {limit:.4g} K: give a "
-                             "superheat_limit [K] below that, or a larger radius")
+            raise ValueError(f"dynamic_nucleation: a full region of {self.members(scene)} particles would fire at a "
+                             f"mean superheat of {onset:.4g} K, but {scene.material.name} is critical at {limit:.4g} "
+                             "K: give a superheat_limit [K] below that, or a larger radius")
 
     def warnings(self, scene, dt):
         asked, one = self.onset(scene)
         if asked < one:
-            yield (f"burst: the threshold asks for {asked:.3g} K of superheat, but the {self.members(scene)} particles "
-                   f"of a full region pay for a particle of vapour from {one:.3g} K on")
+            yield (f"dynamic_nucleation: the threshold asks for {asked:.3g} K of superheat, but the "
+                   f"{self.members(scene)} particles of a full region pay for a particle of vapour from {one:.3g} K on")
 
     def properties(self, scene):
         return (
@@ -134,7 +134,7 @@ class DynamicNucleation(Effect):
                 hottest = max(hottest, largest(excess, hot))
             return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
 
-        return {"burst": enough}
+        return {"dynamic_nucleation": enough}
 
     def terms(self, scene, fluid):
         material, fluids = scene.material, list(scene.fluids)
@@ -143,14 +143,14 @@ class DynamicNucleation(Effect):
         subcooling = scene.effects["condensation"].subcooling if "condensation" in scene.effects else 1.0
         hold = scene.effects["phases"].interrupt == "hold"
         if hold:
-            yield Term("burst.held", dynamic_nucleation.NucleationHeld(fluid, None))
-        yield Term("burst.region", dynamic_nucleation.NucleationRegion(
+            yield Term("dynamic_nucleation.held", dynamic_nucleation.NucleationHeld(fluid, None))
+        yield Term("dynamic_nucleation.region", dynamic_nucleation.NucleationRegion(
             fluid, fluids, q_crit=q_crit, e_crit=e_crit, stream=2 * self.seed, **region, **heat))
-        yield Term("burst.claim", dynamic_nucleation.NucleationClaim(fluid, fluids, **region))
-        yield Term("burst.fire", dynamic_nucleation.NucleationFire(fluid, fluids, **region))
-        yield Term("burst.fire", dynamic_nucleation.NucleationChoice(fluid, fluids, **region, **heat))
-        yield Term("burst.share", dynamic_nucleation.NucleationShare(
+        yield Term("dynamic_nucleation.claim", dynamic_nucleation.NucleationClaim(fluid, fluids, **region))
+        yield Term("dynamic_nucleation.fire", dynamic_nucleation.NucleationFire(fluid, fluids, **region))
+        yield Term("dynamic_nucleation.fire", dynamic_nucleation.NucleationChoice(fluid, fluids, **region, **heat))
+        yield Term("dynamic_nucleation.share", dynamic_nucleation.NucleationShare(
             fluid, fluids, T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v,
             subcooling=subcooling, **region))
         if hold:
-            yield Term("burst.share", dynamic_nucleation.NucleationRelease(fluid, None))
+            yield Term("dynamic_nucleation.share", dynamic_nucleation.NucleationRelease(fluid, None))
