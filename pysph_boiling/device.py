@@ -112,7 +112,7 @@ class Subset:
         if self.n == 0:
             return np.zeros(0, whole.dtype)
         part = _array_module().empty(self.n, whole.dtype, backend=whole.backend)
-        _kernel("gather", whole.backend, whole.dtype)(self.who, whole, part)
+        _kernel("take", whole.backend, whole.dtype)(self.who, whole, part)
         part = part.get()
         return part.astype(float) if part.dtype.kind == "f" else part
 
@@ -124,7 +124,7 @@ class Subset:
             whole = self.pa.gpu.get_device_array(name)
             new = np.ascontiguousarray(np.broadcast_to(new, self.n).astype(whole.dtype))
             part = _array_module().to_device(new, backend=whole.backend)
-            _kernel("scatter", whole.backend, whole.dtype)(self.who, part, whole)
+            _kernel("put", whole.backend, whole.dtype)(self.who, part, whole)
 
     def only(self, chosen):
         """The part of these particles that a mask (n,) of the host chooses."""
@@ -180,19 +180,19 @@ def _scan(backend):
 
 @functools.cache
 def _kernel(name, backend, dtype):
-    """``gather`` or ``scatter`` for one type of number."""
+    """``take`` or ``put`` for one type of number."""
     from compyle.api import annotate
     from compyle.parallel import Elementwise
 
     @annotate
-    def gather(i, who, whole, part):
+    def take(i, who, whole, part):
         part[i] = whole[who[i]]
 
     @annotate
-    def scatter(i, who, part, whole):
+    def put(i, who, part, whole):
         whole[who[i]] = part[i]
 
-    return Elementwise({"gather": gather, "scatter": scatter}[name], backend=backend)
+    return Elementwise({"take": take, "put": put}[name], backend=backend)
 
 
 def detached(particles):
@@ -219,7 +219,7 @@ class Copies:
             return
         array, whole = _array_module(), self.pa.gpu.get_device_array(name)
         part = array.empty(len(self.original), whole.dtype, backend=whole.backend)
-        _kernel("gather", whole.backend, whole.dtype)(self.original, whole, part)
+        _kernel("take", whole.backend, whole.dtype)(self.original, whole, part)
         if np.any(shift):
             part = array.wrap_array(part.dev + array.to_device(shift.astype(whole.dtype), whole.backend).dev,
                                     whole.backend)

@@ -20,6 +20,7 @@ RENAMED = {
     "density.shortest": "density.short_step",
     "heat.acceleration": "heat.time_scaling",
     "heat.subcycle_share": "heat.max_enthalpy_change",
+    "oscillation.time_scale": "oscillation.slowdown",
     "venting.cosine": "venting.cone_cosine",
     "venting.lowest": "venting.min_cover_height",
     "venting.share": "venting.free_fraction",

@@ -26,7 +26,7 @@ class CoolingParameters(SuperheatSitesParameters):
 
     duration: float = param(2.6, "s", "simulated time", above=0.0, may_change=True)
     heater_until: float = param(0.8, "s", "when the heater is switched off", low=0.0, may_change=True,
-                              sets="heater.until")
+                                sets="heater.until")
     spacing: float = param(0.002, "m", "particle spacing", above=0.0)
     width: int = param(36, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(16, "-", "height of the water, in spacings", low=6)
@@ -37,7 +37,7 @@ class CoolingParameters(SuperheatSitesParameters):
     superheat: float = param(5.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
     loss_coefficient: float = param(8.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
-                             may_change=True, sets="loss.coefficient")
+                                    may_change=True, sets="loss.coefficient")
 
 
 class Cooling(SuperheatSites):

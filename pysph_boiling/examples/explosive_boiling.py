@@ -53,7 +53,7 @@ class ExplosiveBoilingParameters(SceneParameters):
     hot: float = param(0.5, "-", "superheated part of the water, by height from the floor", above=0.0, high=1.0)
     superheat: float = param(90.0, "K", "superheat of that part", above=0.0, high=250.0)
     superheat_limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                         sets="dynamic_nucleation.superheat_limit")
+                                   sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.0, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(2.0, "K", "the rest of the water and the feed, below saturation", low=0.0, high=80.0)

@@ -41,7 +41,7 @@ class GeyserParameters(SceneParameters):
     superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
     superheat_limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                         sets="dynamic_nucleation.superheat_limit")
+                                   sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)

@@ -22,7 +22,7 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
     region_radius: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     loss_coefficient: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
-                             may_change=True, sets="loss.coefficient")
+                                    may_change=True, sets="loss.coefficient")
 
 
 class SuperheatSites(SteadyBoiling):

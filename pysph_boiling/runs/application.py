@@ -48,8 +48,8 @@ __all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
 
 # Largest residuals [-] of a run that conserves. A sum of n numbers is rounded by up to n 1e-16 of it: 1e4 masses come
 # back to 1e-12. Energy adds what moved in each step, 3e-14 measured over 3,000 steps; 5e-6 in single precision.
-MASS, ENERGY, SINGLE = 1e-12, 1e-10, 1e-4
-MOST_STEPS = 1 << 31  # after which PySPH ends a run
+MASS_BOUND, ENERGY_BOUND, SINGLE_BOUND = 1e-12, 1e-10, 1e-4
+MAX_STEPS = 1 << 31  # after which PySPH ends a run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,7 +237,8 @@ class SceneApplication(Application):
         require(all(np.all(np.isfinite(column)) for column in results.values()), "the results hold NaN or Inf")
         lost = self.ledger.lost(self.scheme.arrays)
         require(lost == 0, f"{lost} particles are lost")
-        for name, bound in (("mass", MASS), ("energy", ENERGY if double_precision(self.options) else SINGLE)):
+        for name, bound in (("mass", MASS_BOUND),
+                            ("energy", ENERGY_BOUND if double_precision(self.options) else SINGLE_BOUND)):
             worst = np.max(np.abs(results.get(f"{name}_residual", 0.0)), initial=0.0)
             require(worst <= bound, f"{name} does not close: residual {worst:.1e}, at most {bound:g}")
 
@@ -370,9 +371,9 @@ class SceneApplication(Application):
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         self.scheme.configure_solver(tf=p.duration, **step)
         steps = p.duration / self.scheme.dt
-        if steps > MOST_STEPS <= options.max_steps:
+        if steps > MAX_STEPS <= options.max_steps:
             raise ValueError(f"{p.duration:.3g} s in steps of {self.scheme.dt:.3g} s are {steps:.3g} steps, more than "
-                             f"{MOST_STEPS}: take longer steps or frames, a shorter --duration, or --max-steps")
+                             f"{MAX_STEPS}: take longer steps or frames, a shorter --duration, or --max-steps")
         if self.num_procs > 1:
             self.check_ranks()
 

@@ -18,7 +18,7 @@ from pysph_boiling.files import whole
 from pysph_boiling.names import whole_number
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
-from pysph_boiling.schemes.effects import Column, Moment, enthalpies, gather, total
+from pysph_boiling.schemes.effects import Column, Snapshot, enthalpies, joined, sum_over
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
 
@@ -100,15 +100,15 @@ class Ledger(Tool):
     def __init__(self, scheme, every=1, path=None):
         self.scheme, self.every, self.path = scheme, whole_number("every", every, low=1, unit="step"), path
         self.scene = scheme.scene()
-        self.flows = scheme.gather("flows")
+        self.flows = scheme.effect_rows("flows")
         self.thermal = "heat" in scheme.effects
-        self.columns = [*self._own_columns(), *scheme.gather("columns")]
+        self.columns = [*self._own_columns(), *scheme.effect_rows("columns")]
         self.rows, self.now = Rows(), None
         self.warned = False
 
     def check(self, arrays):
         """Refuse fluid properties that nobody declared."""
-        known = {row.name for row in (*BASE_PROPERTIES, *self.scheme.gather("properties"))} | set(PYSPH_PROPERTIES)
+        known = {row.name for row in (*BASE_PROPERTIES, *self.scheme.effect_rows("properties"))} | set(PYSPH_PROPERTIES)
         for pa in arrays:
             unknown = sorted(set(pa.properties) - known)
             if unknown:
@@ -139,12 +139,12 @@ class Ledger(Tool):
     @staticmethod
     def mass(arrays):
         """Mass of the domain [kg]."""
-        return ranks.total(float(np.sum(gather(arrays, "m"))))
+        return ranks.total(float(np.sum(joined(arrays, "m"))))
 
     @staticmethod
     def count(arrays):
         """Particles of the domain."""
-        return ranks.total(len(gather(arrays, "m")))  # a device counts periodic ghosts among the real ones
+        return ranks.total(len(joined(arrays, "m")))  # a device counts periodic ghosts among the real ones
 
     def lost(self, arrays):
         """Particles of the start, and of those that flowed in since, that are neither there nor were removed."""
@@ -162,7 +162,7 @@ class Ledger(Tool):
     def flow(self, arrays, flow):
         """One flow since the start [J], positive in its own direction."""
         if flow.prop:
-            return total(arrays, flow.prop)
+            return sum_over(arrays, flow.prop)
         return sum(float(pa.constants[flow.constant].get_npy_array()[0]) for pa in arrays)
 
     def balance(self, arrays):
@@ -220,7 +220,7 @@ class Ledger(Tool):
 
     def row(self, t, dt):
         """One row of the results: a dict column -> value."""
-        arrays = Moment(self.scheme.arrays)
+        arrays = Snapshot(self.scheme.arrays)
         if self.thermal:
             self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
         values = {"t": t, "dt": dt}

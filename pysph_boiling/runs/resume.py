@@ -139,7 +139,7 @@ class Resumed:
                              f"{'not one of ours' if self.record else 'not there'}") from error
         self.new = [change for change in new if change["parameter"] not in ("dt", "backend")]
         self.changes = [*(one for one in self.record.get("changes", ()) if one["t"] <= self.t), *new]
-        given = {name for effect in application.scheme.effects.values() for name in effect.given}
+        given = {name for effect in application.scheme.effects.values() for name in effect.parameter_constants}
         self.constants = {}
         for pa in arrays:
             stored = found.get(pa.name)

@@ -1,6 +1,6 @@
 """``effects="auto"``: which effects a scene calls for, from what is in it, and why.
 
-Each effect carries its rule (``Effect.called_for``). Slots are asked in an order in which a rule may read what was
+Each effect carries its rule (``Effect.auto_rule``). Slots are asked in an order in which a rule may read what was
 chosen before it.
 """
 import math
@@ -74,7 +74,7 @@ def facts_of(scheme, arrays, T, candidates):
 def needs(slot):
     """Slots that must have been chosen before ``slot`` can be."""
     first = EFFECTS[slot][0]
-    return {*first.requires, *(first.called_for.after if first.called_for else ())}
+    return {*first.requires, *(first.auto_rule.after if first.auto_rule else ())}
 
 
 def in_order(slots):
@@ -99,7 +99,7 @@ def choose(scheme, arrays, T=None, candidates=None, overrides=None):
     candidates.update((slot, effect) for slot, effect in overrides.items() if effect is not None)
     facts, on, choices = facts_of(scheme, arrays, T, candidates), {}, []
     for slot in in_order(scheme.slots):
-        rule = EFFECTS[slot][0].called_for or ASKED_FOR
+        rule = EFFECTS[slot][0].auto_rule or ASKED_FOR
         lacks = sorted(needs(slot) - set(on))
         wanted = not lacks and (slot in candidates if rule is ASKED_FOR else rule.holds(facts, on))
         reason = f"it needs {lacks[0]}" if lacks else (rule.why if wanted else rule.why_not).format(wanted, f=facts)

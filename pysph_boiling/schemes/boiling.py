@@ -53,7 +53,7 @@ class BoilingScheme(PBFScheme):
         """
         if np.shape(T) not in ((), (1,), pa.x.shape):
             raise ValueError(f"T of '{pa.name}' must be a number or have shape {pa.x.shape} [K], got {np.shape(T)}")
-        add_properties(pa, [row for row in self.gather("properties") if row.name not in pa.properties])
+        add_properties(pa, [row for row in self.effect_rows("properties") if row.name not in pa.properties])
         pa.e[:] = enthalpy(T, self.material)
         if np.size(T):
             self.material.check_melted(float(np.min(T)), f"T of '{pa.name}'")

@@ -9,7 +9,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.parallel import ranks
-from pysph_boiling.schemes.effects.base import shared
+from pysph_boiling.schemes.effects.base import computed_once
 from pysph_boiling.schemes.vapour import Vapour
 
 __all__ = ["BubbleTable", "Departures", "bubble_table", "equivalent_radius", "store_sizes", "vapour_of"]
@@ -34,7 +34,7 @@ class BubbleTable:
     deficit: np.ndarray
 
 
-@shared
+@computed_once
 def vapour_of(arrays):
     """The :class:`Vapour` of fluid arrays with current labels."""
     return Vapour(arrays)
@@ -48,7 +48,7 @@ def equivalent_radius(vapour, scene):
     return np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
 
 
-@shared
+@computed_once
 def bubble_table(arrays, scene, period=None):
     """The :class:`BubbleTable` of fluid arrays with current labels.
 

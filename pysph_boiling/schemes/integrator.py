@@ -211,9 +211,9 @@ class PBFIntegrator(Integrator):
             for _ in range(cycles):
                 yield self.stages["heat"]
         for name in ("phases", "dynamic_nucleation"):
-            if self.called_for(name):
+            if self.needed(name):
                 yield self.stages[name]
-        if self.called_for("bubbles"):
+        if self.needed("bubbles"):
             yield self.stages["bubbles"]
             if any("relabel" in pa.constants and pa.relabel[0] > 0.0 for pa in self.arrays):
                 yield self.stages["bubbles"]
@@ -246,12 +246,12 @@ class PBFIntegrator(Integrator):
         for pa in self.arrays:
             set_constant(pa, "oscillation_dt", dt)
             set_constant(pa, "pushes", 0.0)
-        while self.called_for("oscillation"):
+        while self.needed("oscillation"):
             yield self.stages["oscillation"]
         if self.arrays[0].pushes[0] > 0.0:
             yield self.density(dt)
 
-    def called_for(self, name):
+    def needed(self, name):
         """Whether the stage was built and the present state needs it."""
         if name not in self.stages:
             return False

@@ -19,7 +19,7 @@ from pysph_boiling.particles import (
 )
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
-from pysph_boiling.schemes.effects import EFFECTS, Scene, check_temperatures
+from pysph_boiling.schemes.effects import EFFECTS, SchemeContext, check_temperatures
 from pysph_boiling.schemes.effects.mechanics import Meter
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
@@ -31,9 +31,9 @@ from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
 __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
-ORDER_EVERY = 10  # steps between two sorts in memory: a sort takes 3 % of a step, a step without 0.05 % per step since
-MORE = 10  # times as many sweeps as density.max_sweeps, where the error stays above density.max_mean_error
-SPACINGS = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
+SORT_INTERVAL = 10  # steps between two sorts in memory: it takes 3 % of a step; each step since adds 0.05 %
+SWEEP_LIMIT_FACTOR = 10  # times density.max_sweeps, where the error stays above density.max_mean_error
+SPACING_RANGE = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
 
 
 class Slots:
@@ -89,8 +89,8 @@ class PBFScheme(Scheme):
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
             if not (np.isscalar(value) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be > 0 {unit}, got {value} {unit}")
-        if not SPACINGS[0] <= spacing <= SPACINGS[1]:
-            raise ValueError(f"spacing must lie in [{SPACINGS[0]:g}, {SPACINGS[1]:g}] m, got {spacing} m")
+        if not SPACING_RANGE[0] <= spacing <= SPACING_RANGE[1]:
+            raise ValueError(f"spacing must lie in [{SPACING_RANGE[0]:g}, {SPACING_RANGE[1]:g}] m, got {spacing} m")
         if not 1.0 <= hdx <= 2.0:
             raise ValueError(f"hdx (smoothing length over spacing) must lie in [1, 2], got {hdx}")
         if not len(fluids):
@@ -158,7 +158,7 @@ class PBFScheme(Scheme):
         print(report(self.choices))
 
     def scene(self):
-        """The :class:`Scene` that effects see. Raises ``ValueError`` if an effect lacks one that it requires."""
+        """The :class:`SchemeContext` of the effects. Raises ``ValueError`` if one lacks another that it requires."""
         for slot, effect in self.effects.items():
             for needed in effect.requires:
                 if needed not in EFFECTS:
@@ -168,7 +168,7 @@ class PBFScheme(Scheme):
                     raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",
                                       f"pass {needed}={cls}(...) to the scheme, or leave '{slot}' out",
                                       f"add {option(needed)}, or take '{slot}' out with {option(f'no_{slot}')}")
-        return Scene(
+        return SchemeContext(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
             material=self.material, gravity=self.gravity, effects=self.effects, period=self.period)
@@ -192,7 +192,7 @@ class PBFScheme(Scheme):
         """Names (destination, source) of the arrays of every sum over neighbours, sorted."""
         return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
 
-    def gather(self, what):
+    def effect_rows(self, what):
         """Concatenate ``effect.<what>(scene)`` over the effects: properties, flows or columns."""
         scene = self.scene()
         return [row for effect in self.effects.values() for row in getattr(effect, what)(scene)]
@@ -246,7 +246,7 @@ class PBFScheme(Scheme):
         self.integrator = (integrator_cls or PBFIntegrator)(**steppers)
         self.solver = StagedSolver(
             kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
-        self.solver.set_reorder_freq(ORDER_EVERY)
+        self.solver.set_reorder_freq(SORT_INTERVAL)
         self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
@@ -254,7 +254,8 @@ class PBFScheme(Scheme):
         scene, (terms, _) = self.scene(), self.built_terms()
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
-            limits["sweeps"] = (self.effects["density"].min_sweeps, MORE * self.effects["density"].max_sweeps)
+            density = self.effects["density"]
+            limits["sweeps"] = (density.min_sweeps, SWEEP_LIMIT_FACTOR * density.max_sweeps)
         conditions = {"short_step": lambda t, dt: self.arrays[0].prior[0] < 1.0}
         effect_hooks = {slot: effect.hooks(scene) for slot, effect in self.effects.items()}
         needs = {slot: effect.conditions(scene) for slot, effect in self.effects.items()}
@@ -278,17 +279,17 @@ class PBFScheme(Scheme):
         if "heat" in self.effects:
             heat_limit = self.effects["heat"].step_limit(scene)
             step_limit = self.effects["heat"].max_enthalpy_change * self.material.L
-        called_for = {}
+        stage_conditions = {}
         for table in needs.values():
             for name, needed in table.items():
-                called_for.setdefault(name, []).append(needed)
+                stage_conditions.setdefault(name, []).append(needed)
         if self.integrator is None:
             raise RuntimeError("call configure_solver before get_equations")
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
                 stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
-                ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=called_for, heat_limit=heat_limit,
-                step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
+                ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=stage_conditions,
+                heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
                 motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
@@ -304,7 +305,7 @@ class PBFScheme(Scheme):
                 raise ValueError(f"the scheme names the particle array '{name}', but the scene has {sorted(arrays)}")
             if arrays[name].get_number_of_particles() == 0:
                 raise ValueError(f"particle array '{name}' is empty: a scene needs at least one particle in it")
-        fluid_rows = [*BASE_PROPERTIES, *self.gather("properties")]
+        fluid_rows = [*BASE_PROPERTIES, *self.effect_rows("properties")]
         for name in self.fluids:
             pa = arrays[name]
             self._give(pa, fluid_rows, clean)
@@ -323,7 +324,7 @@ class PBFScheme(Scheme):
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim)
         for name in self.sites:
             rows = [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")]
-            self._give(arrays[name], [*rows, *self.gather("site_properties")], clean)
+            self._give(arrays[name], [*rows, *self.effect_rows("site_properties")], clean)
         self.check(particles)
         for effect in self.effects.values():
             effect.prepare(scene, arrays)

@@ -39,7 +39,7 @@ class Both:
         add_properties(wall, WALL_PROPERTIES)
         wall.heated[:] = random.integers(0, 2, N_WALL)
         wall.T_heater[:] = 400.0 * random.integers(0, 2, N_WALL)
-        add_properties(fluid, self.scheme.gather("properties"))
+        add_properties(fluid, self.scheme.effect_rows("properties"))
         constants = {}
         for effect in self.scheme.effects.values():
             constants.update(effect.constants(self.scheme.scene()))

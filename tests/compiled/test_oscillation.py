@@ -377,7 +377,7 @@ def test_majority_tells_target_and_direction_of_a_merged_bubble():
 
 def ringing(points=None, label=0, v_exp=1.0, dt=1e-3, **kwargs):
     """Vapour whose volume rings; the surface lies at its height unless given."""
-    kwargs = {"time_scale": 20.0, "surface": 0.0, **kwargs}
+    kwargs = {"slowdown": 20.0, "surface": 0.0, **kwargs}
     points = ball(2.0, 3) if points is None else points
     bubbles = Bubbles(points, label, dim=3, v_exp=v_exp, form="rayleigh_plesset", **kwargs)
     bubbles.fluid.oscillation_dt[0] = dt
@@ -412,7 +412,7 @@ def test_volume_follows_the_equation_in_its_own_time():
 
 
 def test_target_radius_is_that_of_the_volume():
-    bubbles = ringing(time_scale=1e-6)  # so fast a ring that its speed bounds nothing
+    bubbles = ringing(slowdown=1e-6)  # so fast a ring that its speed bounds nothing
     bubbles.fluid.swell[:] = 1.3
     bubbles.push()
     assert bubbles.radius() == pytest.approx(at_rest(3, 1.3 * len(bubbles.fluid.x)), rel=1e-3)
@@ -512,7 +512,7 @@ def test_refused(oscillation, message):
 
 @pytest.mark.parametrize(("oscillation", "words"), [
     (dict(form="hysteresis", period=0.01), "oscillation.period = 0.01 s is 10 steps"),
-    (dict(form="rayleigh_plesset", time_scale=2.0), "rings once in .* steps; from .* on it takes 20"),
+    (dict(form="rayleigh_plesset", slowdown=2.0), "rings once in .* steps; from .* on it takes 20"),
     (dict(form="rayleigh_plesset"), None),
     (dict(form="hysteresis"), None),
 ])
@@ -590,7 +590,7 @@ def test_pool_follows_a_hysteresis_and_stays_incompressible():
 
 def test_two_bubbles_of_a_pool_merge_without_a_jump():
     """One is compressed, the other expanded; they are thrown at each other."""
-    stepper, fluid, _ = pool(12, 0.0, dim=3, form="rayleigh_plesset", time_scale=30.0)
+    stepper, fluid, _ = pool(12, 0.0, dim=3, form="rayleigh_plesset", slowdown=30.0)
     x = vectors(fluid) / DX
     for side, swell in ((-1.0, 0.85), (1.0, 1.15)):
         ball = np.linalg.norm(x - (6.0 + 2.4 * side, 6.0, 6.0), axis=1) < 1.9
@@ -608,7 +608,7 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
 @pytest.mark.filterwarnings("ignore:.*rings once in")
 def test_wall_moves_no_faster_than_a_step_allows():
     """In its own time this bubble rings more than once a step: it would collapse and rebound in one."""
-    stepper, fluid, bubble = pool(12, 2.6, dim=3, v_exp=1.5, form="rayleigh_plesset", time_scale=1.0, lower=0.05)
+    stepper, fluid, bubble = pool(12, 2.6, dim=3, v_exp=1.5, form="rayleigh_plesset", slowdown=1.0, lower=0.05)
     fluid.swell[bubble] = 2.2
 
     def radius():

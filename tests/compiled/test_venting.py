@@ -11,7 +11,7 @@ from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import NO_BUBBLE, fluid_array, site_array
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.runs.ledger import Ledger
-from pysph_boiling.schemes.effects import total
+from pysph_boiling.schemes.effects import sum_over
 
 L, N = WATER.L, 40
 BIG, SMALL, LIQUID = slice(0, 20), slice(20, 24), slice(24, N)  # bubbles 3 and 50, and liquid
@@ -147,7 +147,7 @@ def test_removal_books_mass_and_enthalpy_and_carries_sums():
     pa = pool.pa
     kept = {name: dict(zip(pa.uid, pa.get(name).copy())) for name in ("x", "m", "e", "phase", "q_heater", "vaporised")}
     mass, energy = pa.m[BIG].sum(), (pa.m * pa.e)[BIG].sum()
-    sums = {name: (total([pa], name), pa.get(name)[BIG].sum()) for name in ("q_heater", "q_leak", "vaporised")}
+    sums = {name: (sum_over([pa], name), pa.get(name)[BIG].sum()) for name in ("q_heater", "q_leak", "vaporised")}
     pool.free(big=1)
     pool.vent()
 
@@ -156,7 +156,7 @@ def test_removal_books_mass_and_enthalpy_and_carries_sums():
     assert pool.row()["mass_out"] == pa.mass_vented[0] and pool.row()["energy_vented"] == pa.energy_vented[0]
     for name, (whole, share) in sums.items():
         assert pa.constants[f"carried_{name}"][0] == pytest.approx(share, rel=1e-15)
-        assert total([pa], name) == pytest.approx(whole, rel=1e-14)
+        assert sum_over([pa], name) == pytest.approx(whole, rel=1e-14)
     assert pa.get_number_of_particles() == N - 20
     assert set(pa.uid) == set(range(20, N))  # uids name the same particles as before
     for name, values in kept.items():

@@ -145,7 +145,7 @@ def test_missing_and_empty_arrays_are_named(name, missing, dim):
 def test_temperatures_of_a_wrong_length_are_refused(n, T):
     scheme = sets.scheme("boil", dim=2, spacing=0.1)
     fluid = fluid_array(np.pad(np.argwhere(np.ones((2, 2))) * 0.1, ((0, 0), (0, 1))), spacing=0.1, dim=2, rho0=1e3)
-    add_properties(fluid, [row for row in scheme.gather("properties")])
+    add_properties(fluid, [row for row in scheme.effect_rows("properties")])
     if n == 1:
         scheme.set_temperature(fluid, T)  # one for all
         assert np.allclose(fluid.T, T)

@@ -7,8 +7,8 @@ from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase, at_saturation
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes import bubbles
-from pysph_boiling.schemes.effects import Moment
-from pysph_boiling.schemes.effects.base import shared
+from pysph_boiling.schemes.effects import Snapshot
+from pysph_boiling.schemes.effects.base import computed_once
 from pysph_boiling.schemes.vapour import Vapour
 
 SPACING = 0.01
@@ -87,21 +87,21 @@ def test_a_row_sees_what_has_changed_since_the_last(boil):
 
 def test_phases_are_called_for_where_anything_is_hot_or_not_liquid(boil):
     ledger, fluid = boil
-    (called_for,) = ledger.scheme.effects["phases"].conditions(ledger.scene).values()
+    (needed,) = ledger.scheme.effects["phases"].conditions(ledger.scene).values()
     for e, phase, wanted in ((-1.0, Phase.LIQUID, False), (0.0, Phase.LIQUID, True), (-1.0, Phase.TRANSITION, True)):
         fluid.e[:], fluid.phase[:] = -1.0, Phase.LIQUID
         fluid.e[7], fluid.phase[7] = e, phase
-        assert called_for([fluid]) is wanted
+        assert needed([fluid]) is wanted
 
 
 def test_shared_is_once_a_moment_and_argument():
     calls = []
 
-    @shared
+    @computed_once
     def number(arrays, name="a"):
         calls.append(name)
         return len(calls)
 
-    moment = Moment([])
+    moment = Snapshot([])
     assert [number(moment), number(moment), number(moment, "b"), number(moment, "b")] == [1, 1, 2, 2]
-    assert number(Moment([])) == 3 and number([]) == 4 and number([]) == 5
+    assert number(Snapshot([])) == 3 and number([]) == 4 and number([]) == 5

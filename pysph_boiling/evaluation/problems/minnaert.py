@@ -53,7 +53,7 @@ class RingingBubble(Problem):
     viscosity: float = 0.0  # Pa s
     spacing: float = 0.004  # m
     width: int = 12  # of the pool, in spacings
-    time_scale: float = 30.0  # the oscillation runs this many times slower than in nature
+    slowdown: float = 30.0  # the oscillation runs this many times slower than in nature
 
     def run(self):
         water, dx = WATER_1ATM, self.spacing
@@ -62,7 +62,7 @@ class RingingBubble(Problem):
             ["fluid"], ["wall"], dim=3, spacing=dx, container=BoxContainer(upper=tuple(upper + dx)),
             viscosity=XSPHViscosity(), heat=HeatConduction(), phases=PhaseChange(), bubbles=BubbleLabels(),
             cohesion=Cohesion(), expansion=Expansion(v_exp=1.0), oscillation=Oscillation(
-                form="rayleigh_plesset", time_scale=self.time_scale, pressure=PRESSURE, kappa=KAPPA,
+                form="rayleigh_plesset", slowdown=self.slowdown, pressure=PRESSURE, kappa=KAPPA,
                 viscosity=self.viscosity))
         common = dict(spacing=dx, dim=3, rho0=water.rho_l)
         fluid = fluid_block((0.0,) * 3, upper, jitter=0.01, seed=1, **common)
@@ -95,7 +95,7 @@ class RingingBubble(Problem):
             seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.m),
             curves={"t [s]": t, "r [dx]": r, "fit [dx]": swing(t, *fit)},
             facts={"N": int(bubble.sum()), "rate": float(rate), "rate of theory": decay, "steps a period": period
-                   / stepper.dt, "fR": float(R * self.time_scale / found)})
+                   / stepper.dt, "fR": float(R * self.slowdown / found)})
 
     def theory(self, n):
         """Rest radius [m], period and rate of decay [s, 1/s] in the time of the scene, of a bubble of n particles."""
@@ -104,4 +104,4 @@ class RingingBubble(Problem):
         gas = PRESSURE + 2.0 * water.sigma / R
         omega2 = (3.0 * KAPPA * gas - 2.0 * water.sigma / R) / (water.rho_l * R**2)
         decay = 2.0 * self.viscosity / (water.rho_l * R**2)
-        return R, self.time_scale * 2.0 * math.pi / math.sqrt(omega2 - decay**2), decay / self.time_scale
+        return R, self.slowdown * 2.0 * math.pi / math.sqrt(omega2 - decay**2), decay / self.slowdown

@@ -74,10 +74,10 @@ def oscillating(dim, **options):
     return pool(dim, {**RING, "oscillation": Oscillation(**options)}, vapour=ball(middle(dim), 2.6))
 
 
-def collapse(pressure, start, time_scale):
+def collapse(pressure, start, slowdown):
     """A bubble swollen to ``start`` volumes collapses under ``pressure`` [Pa]: Rayleigh-Plesset."""
     effects = {**RING, "expansion": Expansion(v_exp=1.5), "oscillation": Oscillation(
-        form="rayleigh_plesset", pressure=pressure, time_scale=time_scale, lower=0.05, upper=1.5)}
+        form="rayleigh_plesset", pressure=pressure, slowdown=slowdown, lower=0.05, upper=1.5)}
     setup = pool(3, effects, vapour=ball(middle(3), 2.6))
     fluid = setup.arrays[0]
     fluid.swell[fluid.phase == Phase.VAPOUR] = start

@@ -8,8 +8,8 @@ other packages (``example_plugin/``) come after them.
 """
 # ruff: noqa: I001 - the order of these imports is the order of the slots
 from pysph_boiling.schemes.effects.base import (
-    EFFECTS, Column, Effect, Flow, Moment, Rule, Scene, check_parameters, check_temperatures, cumulative, enthalpies,
-    gather, param, total,
+    EFFECTS, Column, Effect, Flow, Rule, SchemeContext, Snapshot, check_parameters, check_temperatures, cumulative,
+    enthalpies, joined, param, sum_over,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
@@ -31,10 +31,10 @@ from pysph_boiling.schemes.effects.installed import load_installed
 __all__ = [
     "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
-    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Moment", "Oscillation",
-    "PhaseChange", "PresetNucleation", "Refill", "Rule", "Scene", "SiteAdhesion", "SiteStorage", "Venting",
-    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "enthalpies", "gather", "heat_step_limit",
-    "param", "total",
+    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
+    "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot", "Venting",
+    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "enthalpies", "joined", "heat_step_limit",
+    "param", "sum_over",
 ]
 
 load_installed()

@@ -18,15 +18,15 @@ from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
-    "EFFECTS", "Column", "Effect", "Flow", "Moment", "Rule", "Scene", "any_vapour", "check_parameters",
-    "check_temperatures", "constant", "cumulative", "enthalpies", "gather", "param", "shared", "total",
+    "EFFECTS", "Column", "Effect", "Flow", "Rule", "SchemeContext", "Snapshot", "any_vapour", "check_parameters",
+    "check_temperatures", "computed_once", "constant", "cumulative", "enthalpies", "joined", "param", "sum_over",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scene:
+class SchemeContext:
     """What an effect may know about the scene it belongs to. Lengths in m, times in s, masses in kg."""
 
     fluids: tuple[str, ...]
@@ -75,22 +75,22 @@ class Scene:
         return self.kernel.radius_scale * self.h
 
 
-class Moment(list):
-    """Fluid arrays that stay as they are for a while: what is :func:`shared` is then computed once, whoever asks."""
+class Snapshot(list):
+    """Fluid arrays that stay as they are for a while: what is :func:`computed_once` is kept with them."""
 
     def __init__(self, arrays):
         super().__init__(arrays)
         self.known = {}
 
 
-def shared(function):
-    """A function of fluid arrays, and of what can be a key, whose result all columns of a row share: a :class:`Moment`.
+def computed_once(function):
+    """A function of fluid arrays, and of what can be a key, which is computed once for each :class:`Snapshot`.
 
     Of a plain list of arrays it is computed each time. The result is not to be written to.
     """
     @functools.wraps(function)
     def call(arrays, *args):
-        if not isinstance(arrays, Moment):
+        if not isinstance(arrays, Snapshot):
             return function(arrays, *args)
         key = function, *args
         if key not in arrays.known:
@@ -101,7 +101,7 @@ def shared(function):
 
 
 class Column(NamedTuple):
-    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays, of a row as a :class:`Moment`."""
+    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays, of a row as a :class:`Snapshot`."""
 
     name: str
     unit: str
@@ -208,9 +208,9 @@ class Effect:
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
-    called_for: ClassVar[Rule | None] = None  # None: only if asked for; the first class of a slot speaks for all of it
+    auto_rule: ClassVar[Rule | None] = None  # None: only if asked for; the first class of a slot speaks for all of it
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
-    given: ClassVar[tuple[str, ...]] = ()  # constants that hold parameters: a run that goes on has those asked for now
+    parameter_constants: ClassVar[tuple[str, ...]] = ()  # they hold parameters: a resumed run has those asked for now
 
     def __new__(cls, **given):
         check_renamed(cls.slot, given, [spec.name for spec in dataclasses.fields(cls)])
@@ -306,8 +306,8 @@ def constant(arrays, name):
     return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
 
 
-@shared
-def total(arrays, name, carried=True):
+@computed_once
+def sum_over(arrays, name, carried=True):
     """Sum of a property over the real particles of all arrays and ranks, with what removed particles took along."""
     value = 0.0
     for pa in arrays:
@@ -317,17 +317,17 @@ def total(arrays, name, carried=True):
     return value
 
 
-@shared
-def gather(arrays, name):
+@computed_once
+def joined(arrays, name):
     """A property of this rank's real particles of all arrays, in one array, which is not to be written to."""
     parts = [host(pa, name) for pa in arrays]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-@shared
+@computed_once
 def enthalpies(arrays):
     """Enthalpy of each of this rank's real particles of all arrays [J], in one array."""
-    return gather(arrays, "m") * gather(arrays, "e")
+    return joined(arrays, "m") * joined(arrays, "e")
 
 
 def any_vapour(arrays):
@@ -337,4 +337,4 @@ def any_vapour(arrays):
 
 def cumulative(name, unit, meaning, prop):
     """Column that sums a cumulative per-particle property."""
-    return Column(name, unit, meaning, lambda arrays, scene: total(arrays, prop))
+    return Column(name, unit, meaning, lambda arrays, scene: sum_over(arrays, prop))

@@ -22,7 +22,7 @@ class BubbleLabels(Effect):
     slot: ClassVar[str] = "bubbles"
     title: ClassVar[str] = "bubble labels"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "there can be vapour")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "there can be vapour")
     link_radius: float = param(1.4, "-", "vapour particles nearer than this, in spacings, belong together",
                                above=0.0, high=2.0)
 
@@ -102,7 +102,7 @@ class Buoyancy(Effect):
     slot: ClassVar[str] = "buoyancy"
     title: ClassVar[str] = "buoyancy"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles rise", "no gravity")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles rise", "no gravity")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
     k_bubble: float = param(None, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral; 1.5, form 'paper' 0.015 if "
                             "not given", low=0.0, may_change=True)
@@ -143,7 +143,7 @@ class Cohesion(Effect):
     slot: ClassVar[str] = "cohesion"
     title: ClassVar[str] = "cohesion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
     strength: float = param(None, "-", "in units of gravity; 5 in 2-D and 2 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
@@ -162,8 +162,8 @@ class Cohesion(Effect):
     def warnings(self, scene, dt):
         number, bound = self.strength_in(scene) * scene.g * dt * dt / scene.spacing, self.MAX_COHESION_NUMBER[scene.dim]
         if number > bound * (1.0 + 1e-9):
-            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the "
-                   "liquid; use a shorter step or less cohesion")
+            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the liquid; use a "
+                   "shorter step or less cohesion")
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", cohesion.BubbleCohesion(
@@ -178,7 +178,7 @@ class SiteAdhesion(Effect):
     slot: ClassVar[str] = "adhesion"
     title: ClassVar[str] = "adhesion to sites"
     requires: ClassVar[tuple[str, ...]] = ("preset_nucleation", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles stick to their sites")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles stick to their sites")
     strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
@@ -198,7 +198,7 @@ class Drag(Effect):
     slot: ClassVar[str] = "drag"
     title: ClassVar[str] = "drag between phases"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles drag the liquid along")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles drag the liquid along")
     rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
 
     RATE: ClassVar[float] = 0.35  # of 1/t*; tuned

@@ -27,7 +27,7 @@ class Condensation(Effect):
     slot: ClassVar[str] = "condensation"
     title: ClassVar[str] = "condensation"
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.coldest < facts.T_sat,
         "something is below saturation", "nothing is below saturation")
     form: str = param("latent", "-", "heat that vapour lacks is latent and pooled per bubble, or cools it (paper)",

@@ -24,7 +24,7 @@ class Convection(Effect):
     slot: ClassVar[str] = "convection"
     title: ClassVar[str] = "convection of liquid"
     requires: ClassVar[tuple[str, ...]] = ("heat", "density")
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: "phases" not in chosen and facts.g > 0.0,
         "warm liquid rises", "bubbles stir more than warm liquid does")
     form: str = param("boussinesq", "-", "form of the force", choices=("boussinesq", "gradient"))

@@ -14,7 +14,7 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["DynamicNucleation"]
 
-EDGE = 1e-9  # relative; particles of a lattice that lie at the radius belong to the region whatever the round-off
+ROUND_OFF_MARGIN = 1e-9  # relative; particles of a lattice at the radius belong to the region whatever the round-off
 Q_CRIT = 10.0  # the paper, Table 3
 
 
@@ -33,7 +33,7 @@ class DynamicNucleation(Effect):
     slot: ClassVar[str] = "dynamic_nucleation"
     title: ClassVar[str] = "dynamic nucleation"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.hottest > facts.T_sat + facts.fires_above,
         "liquid may superheat to the {f.fires_above:.0f} K at which a region fires",
         "no superheat of {f.fires_above:.0f} K, at which a region fires")
@@ -55,7 +55,7 @@ class DynamicNucleation(Effect):
 
     def reach(self, scene):
         """Radius of a region [m]."""
-        return min(self.radius * scene.spacing * (1.0 + EDGE), scene.support * (1.0 - EDGE))
+        return min(self.radius * scene.spacing * (1.0 + ROUND_OFF_MARGIN), scene.support * (1.0 - ROUND_OFF_MARGIN))
 
     def members(self, scene):
         """Particles of the rest lattice in a region."""
@@ -78,7 +78,7 @@ class DynamicNucleation(Effect):
     def check(self, scene, arrays):
         if len(scene.fluids) > 1:
             raise ValueError(f"dynamic_nucleation: regions need all liquid in one fluid array, got {scene.fluids}")
-        if self.radius * scene.spacing > scene.support * (1.0 + EDGE):
+        if self.radius * scene.spacing > scene.support * (1.0 + ROUND_OFF_MARGIN):
             raise ValueError(f"dynamic_nucleation.radius must be <= {scene.support / scene.spacing:.3g} spacings (the "
                              f"support of the kernel), got {self.radius}")
         onset, limit = max(self.onset(scene)), scene.material.T_crit - scene.material.T_sat

@@ -31,7 +31,7 @@ class Expansion(Effect):
     slot: ClassVar[str] = "expansion"
     title: ClassVar[str] = "expansion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "what bursts must swell",
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "what bursts must swell",
                                       after=("dynamic_nucleation",))
     v_exp: float = param(2.0, "-", "rest volume of vapour in units of the liquid's (water at 1 atm: 1600); in 2-D "
                          "below 3.166 at the default kernel and smoothing length", low=1.0, high=4.0)

@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import heat
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, check_heaters
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, joined, param
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
@@ -22,7 +22,7 @@ def heat_step_limit(rho0, c, k, h):
     return 0.1 * rho0 * c * h * h / k
 
 
-def heat_called_for(facts, chosen):
+def reason_for_heat(facts, chosen):
     """Why a scene needs heat, or an empty string."""
     if facts.heated or {"loss", "source"} & set(facts.candidates):
         return "something heats or cools"
@@ -37,7 +37,7 @@ class HeatConduction(Effect):
 
     slot: ClassVar[str] = "heat"
     title: ClassVar[str] = "heat conduction"
-    called_for: ClassVar[Rule] = Rule(heat_called_for, "{}", "no heater, and uniform, not above saturation")
+    auto_rule: ClassVar[Rule] = Rule(reason_for_heat, "{}", "no heater, and uniform, not above saturation")
     laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
     time_scaling: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
     enhancement: float = param(1.0, "-", "E: conductivity alone, for the convection that is not resolved", above=0.0)
@@ -73,11 +73,11 @@ class HeatConduction(Effect):
 
     def columns(self, scene):
         def mean(arrays, scene):
-            T = gather(arrays, "T")
+            T = joined(arrays, "T")
             return ranks.total(float(np.sum(T))) / max(ranks.total(len(T)), 1)
 
         def highest(arrays, scene):
-            return ranks.largest(float(np.max(gather(arrays, "T"), initial=0.0)))
+            return ranks.largest(float(np.max(joined(arrays, "T"), initial=0.0)))
 
         return (Column("T_mean", "K", "mean temperature; 0 in a dry vessel", mean),
                 Column("T_max", "K", "highest temperature", highest))
@@ -119,8 +119,8 @@ class Heater(Effect):
     slot: ClassVar[str] = "heater"
     title: ClassVar[str] = "heater"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.heated, "walls are heated", "no wall is heated")
-    given: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.heated, "walls are heated", "no wall is heated")
+    parameter_constants: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
     temperature: float = param(None, "K", "temperature of the heater, but for wall particles with one of their own; "
                                "give this or flux", above=0.0, may_change=True, temperature=True)
     flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0,

@@ -14,9 +14,9 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
 
-STANDARD = 0.07  # t*; the default time step
-PUSH = 0.15  # spacings that an acceleration may move a particle in one step
-EVENED = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
+STANDARD_DT_FACTOR = 0.07  # t*; the default time step
+MAX_PUSH = 0.15  # spacings that an acceleration may move a particle in one step
+MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
 
 
 class Sweeps(Tool):
@@ -37,7 +37,7 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion")
     min_sweeps: int = param(2, "-", "sweeps that are always done", low=1, may_change=True)
     max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1, may_change=True)
@@ -159,11 +159,11 @@ class DensityConstraint(Effect):
         Errors: ``ValueError`` where every step of ``dt`` would be split into more parts than a step may have.
         """
         fall = scene.fall_time
-        short_step = self.short_step * (fall if scene.g else dt / STANDARD)
+        short_step = self.short_step * (fall if scene.g else dt / STANDARD_DT_FACTOR)
         rates = {slot: effect.rate_of_velocity(scene) for slot, effect in scene.effects.items()}
         longest, rate = self.longest_step * fall, sum(rates.values())
         if rate > 0.0:
-            longest = min(longest, EVENED / rate)
+            longest = min(longest, MAX_VELOCITY_EXCHANGE / rate)
         if dt > MAX_SUBSTEPS * longest:
             cause = f"density.longest_step = {self.longest_step:.3g} t* allows no more"
             if longest < self.longest_step * fall:
@@ -172,7 +172,7 @@ class DensityConstraint(Effect):
             raise ValueError(f"each step of {dt:.3g} s would be split into {dt / longest:.3g} parts, more than "
                              f"{MAX_SUBSTEPS}; {cause}, or take shorter steps")
         return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
-                            distance=self.courant * scene.spacing, push=PUSH * scene.spacing, settle=self.settle)
+                            distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
         yield Sweeps(scheme, self)
@@ -234,7 +234,7 @@ class BoxContainer(Effect):
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.walls, "a safety net behind the walls", "there are no walls")
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
     upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
@@ -338,7 +338,7 @@ class XSPHViscosity(Effect):
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
     requires: ClassVar[tuple[str, ...]] = ("density",)
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: True, "motion needs damping at the scale of a particle")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "motion needs damping at the scale of a particle")
     rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
                         "0.7 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
     wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0, may_change=True)

@@ -43,8 +43,8 @@ class Oscillation(Effect):
     A push is cut for a whole bubble, so that its particles still share no net momentum. With unequal masses the centre
     of mass stays, the centroid does not.
 
-    ``time_scale``: a steam bubble of 4 mm rings 817 times a second, which no frame shows, so that the bubble's own time
-    runs this many times slower: period = time_scale 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
+    ``slowdown``: a steam bubble of 4 mm rings 817 times a second, which no frame shows, so that the bubble's own time
+    runs this many times slower: period = slowdown 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
 
     Limits: ``"band"`` fits 15 to 101 particles in 3-D, 9 to 30 in 2-D; it swells smaller bubbles and squeezes larger
     ones. The density constraint keeps a bubble above about 0.92 (3-D) or 0.965 (2-D) of its radius at rest. A bubble
@@ -75,7 +75,7 @@ class Oscillation(Effect):
     viscosity: float = param(None, "Pa s", "'rayleigh_plesset': of the liquid; the material's if not given. More of it "
                              "stands for damping by heat and sound", low=0.0)
     sigma: float = param(None, "N/m", "'rayleigh_plesset': surface tension; the material's if not given", low=0.0)
-    time_scale: float = param(50.0, "-", "'rayleigh_plesset': a bubble's time runs this many times slower", above=0.0)
+    slowdown: float = param(50.0, "-", "'rayleigh_plesset': a bubble's time runs this many times slower", above=0.0)
     surface: float = param(None, "m", "'rayleigh_plesset': height of the free surface; that of the highest liquid if "
                            "not given")
 
@@ -159,10 +159,10 @@ class Oscillation(Effect):
                 yield f"oscillation.period = {period:.3g} s is {period / dt:.3g} steps: it takes {STEPS} to be seen"
         if self.form == "rayleigh_plesset" and "expansion" in scene.effects:
             volume = TYPICAL * scene.effects["expansion"].v_exp * scene.spacing**scene.dim
-            period = self.time_scale * 2.0 * math.pi / float(self.bubble(scene).frequency(sphere_radius(volume)))
+            period = self.slowdown * 2.0 * math.pi / float(self.bubble(scene).frequency(sphere_radius(volume)))
             if period < STEPS * dt:
-                yield (f"oscillation.time_scale = {self.time_scale:.3g}: a bubble of {TYPICAL} particles rings once in "
-                       f"{period / dt:.3g} steps; from {self.time_scale * STEPS * dt / period:.3g} on it takes {STEPS}")
+                yield (f"oscillation.slowdown = {self.slowdown:.3g}: a bubble of {TYPICAL} particles rings once in "
+                       f"{period / dt:.3g} steps; from {self.slowdown * STEPS * dt / period:.3g} on it takes {STEPS}")
 
     def terms(self, scene, fluid):
         yield Term("oscillation.push", oscillation.BubbleOscillation(fluid, None, nearest=1e-6 * scene.spacing))
@@ -255,7 +255,7 @@ class Oscillation(Effect):
         lower, upper = self.bounds()
         period = self.period_in(scene)
         if self.form == "rayleigh_plesset":
-            period = self.time_scale * 2.0 * math.pi / self.bubble(scene).frequency(at_rest / 0.75)
+            period = self.slowdown * 2.0 * math.pi / self.bubble(scene).frequency(at_rest / 0.75)
         speed = math.pi * (upper - lower) * at_rest / period
         if self.form == "relative":
             return lower * at_rest, upper * at_rest, speed
@@ -309,7 +309,7 @@ class Oscillation(Effect):
         R, R0 = sphere_radius(before), sphere_radius(scene.effects["expansion"].v_exp * filled)
         start = R
         R, U, clamped = self.bubble(scene).advance(
-            R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.time_scale,
+            R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.slowdown,
             *self.bounds())
         # What it displaces moves as far, and meets what comes from the other side: half of what a step may move both.
         # A step that is split does not let it go further: the parts would be ever more. A wall held back has the speed
@@ -317,7 +317,7 @@ class Oscillation(Effect):
         reach = 0.25 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
         held = np.clip(R, start - reach, start + reach)
         clamped |= held != R
-        fastest = reach * self.time_scale / dt
+        fastest = reach * self.slowdown / dt
         R, U = held, np.where(clamped, np.clip(U, -fastest, fastest), U)
         after, flow_after = 4.0 / 3.0 * math.pi * R**3, 4.0 * math.pi * R * R * U
 

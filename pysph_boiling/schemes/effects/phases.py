@@ -9,7 +9,16 @@ from pysph_boiling.equations import phase_change
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
 from pysph_boiling.phases import Phase, at_saturation
-from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, enthalpies, gather, param, shared
+from pysph_boiling.schemes.effects.base import (
+    Column,
+    Effect,
+    Rule,
+    computed_once,
+    cumulative,
+    enthalpies,
+    joined,
+    param,
+)
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PhaseChange"]
@@ -22,7 +31,7 @@ class PhaseChange(Effect):
     slot: ClassVar[str] = "phases"
     title: ClassVar[str] = "phase change"
     requires: ClassVar[tuple[str, ...]] = ("heat",)
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.hottest > facts.T_sat,
         "something is above saturation", "nothing can reach saturation")
     interrupt: str = param("hold", "-", "stored latent heat when a site is lost: held, or converted (paper)",
@@ -50,12 +59,12 @@ class PhaseChange(Effect):
         def energy(which):
             return lambda arrays, scene: ranks.total(float(np.sum(enthalpies(arrays)[which(arrays)])))
 
-        @shared
+        @computed_once
         def parted(arrays):
             """Indices of the liquid above T_sat, and of that at T_sat."""
             hot = in_state(arrays, Phase.SUPERHEATED)
-            e_lat = gather(arrays, "e_lat")[hot] if self.interrupt == "hold" else 0.0
-            held = at_saturation(Phase.SUPERHEATED, gather(arrays, "e")[hot], e_lat)
+            e_lat = joined(arrays, "e_lat")[hot] if self.interrupt == "hold" else 0.0
+            held = at_saturation(Phase.SUPERHEATED, joined(arrays, "e")[hot], e_lat)
             return hot[~held], hot[held]
 
         states = {phase.name.lower(): (lambda arrays, phase=phase: in_state(arrays, phase),
@@ -101,13 +110,13 @@ class PhaseChange(Effect):
         yield Term("phases.edges", edges(fluid, None, **state))
 
 
-@shared
+@computed_once
 def in_state(arrays, phase):
     """Indices of the particles in a state among this rank's real ones."""
-    return np.flatnonzero(gather(arrays, "phase") == phase.value)
+    return np.flatnonzero(joined(arrays, "phase") == phase.value)
 
 
 def hidden_heat(arrays, scene):
     """Held latent heat of superheated particles [J]."""
-    m, e, e_lat = (gather(arrays, name)[in_state(arrays, Phase.SUPERHEATED)] for name in ("m", "e", "e_lat"))
+    m, e, e_lat = (joined(arrays, name)[in_state(arrays, Phase.SUPERHEATED)] for name in ("m", "e", "e_lat"))
     return ranks.total(float(np.sum(np.minimum(e, e_lat) * m)))

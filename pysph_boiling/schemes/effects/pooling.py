@@ -29,7 +29,7 @@ class LatentPooling(Effect):
     slot: ClassVar[str] = "pooling"
     title: ClassVar[str] = "pooled latent heat"
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: chosen["phases"].kinetic == "site" and chosen["phases"].vapour_as_site,
         "bubbles grow by the heat of the liquid round them", "bubbles do not grow by vapour as a site")
 

@@ -22,7 +22,7 @@ class PresetNucleation(Effect):
     slot: ClassVar[str] = "preset_nucleation"
     title: ClassVar[str] = "preset nucleation sites"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.sites, "there are sites", "there are no sites")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.sites, "there are sites", "there are no sites")
     radius: float = param(1.6, "-", "radius of a site, in spacings", above=0.0)
     attraction: float = param(0.5, "-", "pull of a site on liquid, in units of gravity", low=0.0)
     attraction_radius: float = param(2.4, "-", "reach of the pull, in spacings; beyond the kernel support it slows the "
@@ -30,7 +30,7 @@ class PresetNucleation(Effect):
 
     # Spacings between sites from which on bubbles depart, measured on steady_boiling with its adhesion: none in 3 s at
     # 2.33 and 2.62 (2-D, two starts each) nor in 2.5 s at 2.33 (3-D); 3 and 4 at 3.0 (2-D), 11 at 2.8 (3-D).
-    APART: ClassVar[MappingProxyType] = MappingProxyType({2: 3.0, 3: 2.8})
+    MIN_SITE_SPACING: ClassVar[MappingProxyType] = MappingProxyType({2: 3.0, 3: 2.8})
 
     @property
     def reach(self):
@@ -61,7 +61,7 @@ class PresetNucleation(Effect):
             return
         place = np.where(scene.period > 0.0, sites % np.where(scene.period > 0.0, scene.period, 1.0), sites)
         apart = cKDTree(place, boxsize=scene.period).query(place, k=2)[0][:, 1] / scene.spacing
-        least = self.APART[scene.dim]
+        least = self.MIN_SITE_SPACING[scene.dim]
         near = np.count_nonzero(apart < least * (1.0 - 1e-9))
         if near:
             warnings.warn(

@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase, enthalpy
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, gather, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, joined, param
 from pysph_boiling.schemes.vapour import nearest_image
 
 __all__ = ["Refill", "RefillTool"]
@@ -22,7 +22,7 @@ class Refill(Effect):
     slot: ClassVar[str] = "refill"
     title: ClassVar[str] = "refill"
     requires: ClassVar[tuple[str, ...]] = ("density", "container", "heat")
-    called_for: ClassVar[Rule] = Rule(
+    auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: chosen["venting"].mode == "remove",
         "what leaves is to come back", "the lid returns what is vented", after=("venting",))
     rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); what was vented, evened out, if not given", low=0.0,
@@ -107,10 +107,10 @@ class RefillTool(Tool):
         """Up to ``n`` positions (n, 3) [m], each one spacing above the liquid below it."""
         scene = self.scene
         axis, dx = scene.dim - 1, scene.spacing
-        points = np.stack([gather(arrays, name) for name in "xyz"], -1)
+        points = np.stack([joined(arrays, name) for name in "xyz"], -1)
         liquid = np.ones(len(points), bool)
         if "phase" in arrays[0].properties:
-            liquid = gather(arrays, "phase") != Phase.VAPOUR
+            liquid = joined(arrays, "phase") != Phase.VAPOUR
         lower, upper = scene.effects["container"].bounds(scene)
         found = []
         for _ in range(n):

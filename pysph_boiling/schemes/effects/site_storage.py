@@ -8,7 +8,7 @@ import numpy as np
 from pysph_boiling.equations import site_storage
 from pysph_boiling.names import SchemeError
 from pysph_boiling.particles import Property, host
-from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, total
+from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, sum_over
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import nearest_image
 
@@ -77,7 +77,7 @@ class SiteStorage(Effect):
     def columns(self, scene):
         return (
             cumulative("n_emitted", "-", "particles emitted as vapour by sites, since the start", "emitted"),
-            Column("energy_sites", "J", "heat stored in the sites", lambda arrays, scene: total(arrays, "q_sites")),
+            Column("energy_sites", "J", "heat stored in the sites", lambda arrays, scene: sum_over(arrays, "q_sites")),
         )
 
     def stored(self, sites):

@@ -23,7 +23,7 @@ class Venting(Effect):
     slot: ClassVar[str] = "venting"
     title: ClassVar[str] = "venting"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
-    called_for: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles reach the surface", "no gravity")
+    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles reach the surface", "no gravity")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
     free_fraction: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are "
