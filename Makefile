@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 ALL_CORES := $(VENV)/all_cores.cfg
 CORES = $(shell $(PYTHON) -c "import os; print(os.cpu_count())")
 
-.PHONY: demo test test-all parity setup-mpi test-ranks mutants bench lint clean
+.PHONY: demo test test-all parity setup-mpi test-ranks mutants bench pictures lint clean
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -55,6 +55,10 @@ mutants: $(TESTABLE)
 # On an idle machine. `make bench AGAINST=COMMIT TABLE=FILE.md` measures that version too, and writes the table there.
 bench: $(READY)
 	@$(BIN)/python benchmarks/summary.py $(if $(AGAINST),--against $(AGAINST)) $(if $(TABLE),--report $(TABLE))
+
+# Of README.md. Runs are kept in build/pictures, so that one that is complete is not repeated.
+pictures: $(TESTABLE)
+	@$(BIN)/python tools/pictures.py
 
 lint: $(BIN)/ruff
 	@$(BIN)/ruff check .

@@ -36,7 +36,7 @@ FOLDER = Path(__file__).parents[2] / "tests" / "validation"
 KINDS = {
     "validation": ("Validation", "against a formula, an experiment or a paper"),
     "verification": ("Verification", "against a conservation law, or against the same with another numerical setting"),
-    "regression": ("Regression", "against our own stored statistics; says nothing about truth"),
+    "regression": ("Regression", "against statistics of our own earlier runs"),
 }
 COLUMNS = ("row", "kind", "what", "reference", "from", "to", "why these bounds", "if it fails")
 

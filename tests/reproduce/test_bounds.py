@@ -1,4 +1,4 @@
-"""What a statement needs to agree has two sides, and a fault that is mended is told until a figure is run again."""
+"""What a statement needs to agree has two sides, and a corrected fault is named until a figure is run again."""
 import ast
 import json
 import math
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pysph_boiling.evaluation.reproduce import explosive
-from pysph_boiling.evaluation.reproduce.faults import FAULTS, MENDED, caveat
+from pysph_boiling.evaluation.reproduce.faults import CORRECTED, FAULTS, caveat
 from pysph_boiling.evaluation.reproduce.figure import MODULES
 from pysph_boiling.evaluation.reproduce.wording import PAPER
 from pysph_boiling.report.markdown_page import write_report
@@ -55,15 +55,15 @@ def test_a_pool_thrown_at_its_lid_disagrees():
 def test_a_fault_is_told_until_the_figure_is_run_again(tmp_path):
     old = dict(machine="", processor="p", finished="2026-11-23T00:00:00+00:00", versions={})
     for key in FAULTS:
-        for finished, told in ((old["finished"], True), (f"{MENDED}T00:00:01+00:00", False)):
+        for finished, told in ((old["finished"], True), (f"{CORRECTED}T00:00:01+00:00", False)):
             section = Section(key, "t", origins=[{**old, "finished": finished}])
             assert bool(caveat(section)) is told
             text = write_report([section], tmp_path, tmp_path / f"{key}_{told}.md", [key], wording=PAPER).read_text()
-            assert ("Until it is, it rests on a fault" in text) is told
+            assert ("These results still have a fault" in text) is told
     assert caveat(Section("fig2", "t", origins=[old])) == "" == caveat(Section("fig5", "t"))
 
 
 def test_stored_report_tells_its_faults():
     stored, page = (ROOT / "docs" / f"reproduction.{end}" for end in ("json", "md"))
     sections = [Section.revived(raw) for raw in json.loads(stored.read_text()).values()]
-    assert page.read_text().count("Until it is, it rests on a fault") == sum(bool(caveat(one)) for one in sections)
+    assert page.read_text().count("These results still have a fault") == sum(bool(caveat(one)) for one in sections)

@@ -125,13 +125,16 @@ COLUMNS = {
 
 
 ABOUT = """
-Made by `pysph-boiling stress{options}`. A case passes if no rule below is broken at any step and its end state is
-sensible; what fails is left in the table with its reason. Kinetic plus potential energy (*energy rise*, over m g H) is
-told for cases in which nothing but gravity does work. *H* is the height of the highest particle over the floor of the
-container at the start, *U* the fastest speed at the start. Safeguards are reported when they act: steps that were
-split, the displacement limiter of a sweep, the container that projects back, steps that end with a mean density error
-above `density.max_mean_error` (unconverged), heat steps in one step, volumes of bubbles that were held. What each of
-them does: [model.md](model.md), "What keeps it stable".
+This page shows how the model behaves in hard cases, and by which bounds each case is judged. It is written by
+`pysph-boiling stress{options}`. A case passes if no bound below is exceeded at any step and its end state is sensible.
+A case that fails stays in the table, with the reason.
+
+*Energy rise* is the increase of kinetic plus potential energy, over m g H; it is given for cases in which nothing but
+gravity does work. *H* is the height of the highest particle over the floor of the container at the start, *U* the
+largest speed at the start. Safeguards are listed where they acted: steps that were split, the displacement limiter of
+a sweep, projections into the container, steps that ended with a mean density error above `density.max_mean_error`
+(unconverged), heat steps in one step, bubbles whose volume was held at its bounds. "What keeps it stable" in
+[model.md](model.md) explains each of them.
 """.strip()
 
 
@@ -143,7 +146,7 @@ def page(rows, bounds, options=""):
                bounds["rules"][entry["rule"]]["unit"], entry["reason"]) for entry in bounds["exceptions"]]
     return ["# Hard cases: what stays stable, and what does not", ABOUT.format(options=options), counts(rows),
             markdown.table(COLUMNS, shown(rows)), "## Bounds",
-            "They stand in `pysph_boiling/evaluation/stress/bounds.json` and are read before anything runs.",
+            "The bounds are in `pysph_boiling/evaluation/stress/bounds.json`, and are read before anything runs.",
             markdown.table(("rule", "bound", "unit", "reason"), rules)]
 
 

@@ -123,6 +123,6 @@ def cases():
                    build=partial(jet, dim), end=settled(level=0.3, motion=0.1))
         yield Case(name=f"collision-{dim}d", hard="two blocks meet at 2 m/s each", steps=2000,
                    quick=300 if dim == 2 else 0, build=partial(collision, dim), end=settled(level=0.3, motion=0.1))
-    yield Case(name="quiet-100000-2d", hard="100,000 steps of a quiet tank: drift, heating from nowhere", steps=100_000,
+    yield Case(name="quiet-100000-2d", hard="100,000 steps of a quiet tank: drift, spurious heating", steps=100_000,
                quick=2000, build=partial(quiet, 2),
                end=all_of(settled(motion=1e-3, always=True), temperatures(T_SAT - 20.0, T_SAT - 20.0)))
