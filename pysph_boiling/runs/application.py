@@ -226,7 +226,8 @@ class SceneApplication(Application):
         if self.num_procs > 1:
             raise NotChecked("it needs the particles of all ranks, and no file was written")
         earlier = map(load_output, self.output_files) if self.resumed else ()
-        return [*(self.measure(arrays, t) for arrays, t in earlier if t < min(self.noted)), *self.noted.values()]
+        return [*(self.measure(arrays, t) for arrays, t in earlier if t < min(self.measurements)),
+                *self.measurements.values()]
 
     def check_ledger(self):
         """Check that every number of the results is finite, that no particle is lost, and that energy and mass close.
@@ -291,7 +292,7 @@ class SceneApplication(Application):
         self.parameters = self.Parameters()
         self.cache_nnps = True
         self.ledger = None
-        self.noted = {}  # t [s] -> what is measured there, where no files are written
+        self.measurements = {}  # t [s] -> what is measured there, where no files are written
         self.prepared = None
         self.resumed = None
         self.dry = None
@@ -358,7 +359,7 @@ class SceneApplication(Application):
                 raise ValueError(f"--timestep must be > 0 s, got {options.time_step} s")
             step = dict(dt=options.time_step, pfreq=max(1, round(p.frame / options.time_step)))
         self.scheme = self.make_scheme(p)
-        self.plain = dict(self.scheme.effects)  # as the parameters of the scene have them
+        self.scene_effects = dict(self.scheme.effects)  # as the parameters of the scene have them
         if self.scheme.material is not None:
             check_temperatures(p, option, self.scheme.material)
         if options.quality is not None:
@@ -551,7 +552,7 @@ class SceneApplication(Application):
         """Write the results so far: before each particle file, so that a run can go on from any of these."""
         if self.options.disable_output and self.num_procs == 1:
             with on_host(self.particles):
-                self.noted[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
+                self.measurements[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
         record = self.run_record(completed)
         if ranks.rank() == 0 and not self.options.disable_output:
             self.manifest.claim(f"{self.fname}_{self.solver.count:05d}.hdf5")
@@ -692,9 +693,9 @@ class SceneApplication(Application):
         rows = with_units(self.parameters)
         for spec in dataclasses.fields(self.parameters):
             slot, _, name = (spec.metadata.get("sets") or "").partition(".")
-            if slot in self.plain:
+            if slot in self.scene_effects:
                 built = self.scheme.effects.get(slot)
-                if built is None or getattr(built, name, None) != getattr(self.plain[slot], name):
+                if built is None or getattr(built, name, None) != getattr(self.scene_effects[slot], name):
                     rows[spec.name]["replaced_by"] = option(f"no_{slot}" if built is None else slot)
         return rows
 

@@ -20,7 +20,7 @@ from pysph_boiling.particles import (
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, SchemeContext, check_temperatures
-from pysph_boiling.schemes.effects.mechanics import Meter
+from pysph_boiling.schemes.effects.mechanics import WorkMeter
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.lean import lean_terms, why_general
@@ -268,7 +268,7 @@ class PBFScheme(Scheme):
                 if place in table:
                     yield lambda hook=table[place]: hook(self.arrays)
 
-        meter = Meter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
+        meter = WorkMeter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
         apart = meter.apart if meter else {}
         tag = vector_tag()
         built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag,

@@ -26,7 +26,7 @@ from pysph_boiling.schemes.effects import (
     Venting,
     XSPHViscosity,
 )
-from pysph_boiling.schemes.effects.mechanics import Meter
+from pysph_boiling.schemes.effects.mechanics import WorkMeter
 
 pytestmark = host_only  # the mechanical ledger refuses a device
 
@@ -184,7 +184,7 @@ def test_multipliers_add_up_as_displacements_do(accelerated):
         fluid.add_constant(name, value)
     scene = SimpleNamespace(gravity=(0.0,) * 3, rho0=WATER.rho_l,
                             effects={"density": DensityConstraint(), "expansion": Expansion()})
-    meter = Meter(SimpleNamespace(owners=lambda scene: []), scene, [fluid])
+    meter = WorkMeter(SimpleNamespace(owners=lambda scene: []), scene, [fluid])
     random, corrections = np.random.default_rng(5), []
     for felt in (1.0, 0.0):
         fluid.prior[1], fluid.sweeps[0] = felt, 0.0

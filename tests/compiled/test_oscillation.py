@@ -105,7 +105,7 @@ class Bubbles:
 
     def ring(self, steps=1):
         for _ in range(steps):
-            self.effect.ring(self.scene, [self.fluid])
+            self.effect.advance_volumes(self.scene, [self.fluid])
 
     def volume(self, who=slice(None)):
         return float(np.sum((self.fluid.m * self.fluid.swell)[who])) / WATER.rho_l

@@ -25,7 +25,7 @@ class Expansion(Effect):
 
     Limits: a particle that is swollen so far that it reads more than rest density from itself alone is compressed by
     what no motion removes; the density constraint refuses that (from 3.17 in 2-D and 5.4 in 3-D, at the default kernel
-    and smoothing length). Where vapour has filled its container it swells no further (:class:`Room`).
+    and smoothing length). Where vapour has filled its container it swells no further (:class:`FullContainer`).
     """
 
     slot: ClassVar[str] = "expansion"
@@ -51,31 +51,31 @@ class Expansion(Effect):
         if scene.g == 0.0:
             raise ValueError("expansion.ramp is in units of sqrt(spacing/|g|), which a scene without gravity has not")
 
-    def rings(self, scene):
+    def rayleigh_plesset(self, scene):
         """The oscillation that drives the volume of each bubble, if there is one."""
         oscillation = scene.effects.get("oscillation")
         return oscillation if getattr(oscillation, "form", None) == "rayleigh_plesset" else None
 
     def max_swell(self, scene):
         """Swell that no particle exceeds [-]."""
-        ring = self.rings(scene)
-        return self.v_exp * (ring.bounds()[1] ** 3 if ring else 1.0)
+        oscillation = self.rayleigh_plesset(scene)
+        return self.v_exp * (oscillation.bounds()[1] ** 3 if oscillation else 1.0)
 
     def describe_max_swell(self, scene):
         """What :meth:`max_swell` is made of, for messages."""
-        return "expansion.v_exp" + (" times the cube of oscillation.upper" if self.rings(scene) else "")
+        return "expansion.v_exp" + (" times the cube of oscillation.upper" if self.rayleigh_plesset(scene) else "")
 
     def columns(self, scene):
         return (Column("rest_volume", "m^dim", "rest volume of liquid and vapour", rest_volume),)
 
     def tools(self, scheme):
         if "container" in scheme.effects:
-            yield Room(scheme)
+            yield FullContainer(scheme)
 
     def terms(self, scene, fluid):
         rate = max(self.v_exp - 1.0, 0.1) / (self.ramp * scene.fall_time) if scene.g else 1.0
         yield Term("forces.volume", expansion.BubbleSwell(
-            fluid, None, expanded=self.v_exp, rate=rate, vapour=self.rings(scene) is None))
+            fluid, None, expanded=self.v_exp, rate=rate, vapour=self.rayleigh_plesset(scene) is None))
         yield Term("density.back", expansion.BubbleSwellBack(fluid, None, sense=-1.0))
         yield Term("density.left_over", expansion.BubbleSwellBack(fluid, None, sense=1.0))
 
@@ -85,7 +85,7 @@ def rest_volume(arrays, scene):
     return ranks.total(sum(summed(values(pa, "m") * values(pa, "swell")) for pa in arrays)) / scene.rho0
 
 
-class Room(Tool):
+class FullContainer(Tool):
     """Holds vapour to what its container has room for, and warns once: no motion makes room where there is none.
 
     Boils in a closed box are calm up to 1.03 of its volume, and come apart from 1.04 to 1.13 on.

@@ -14,7 +14,7 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
 
-AIR_BOILS = 79.0  # K; below it the ambient is no gas, and the figure is one in degrees Celsius
+BOILING_POINT_OF_AIR = 79.0  # K; below it the ambient is no gas, and the figure is one in degrees Celsius
 
 
 def heat_step_limit(rho0, c, k, h):
@@ -256,7 +256,7 @@ class AmbientLoss(Effect):
     coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0,
                                may_change=True)
     T_ambient: float = param(293.15, "K", "ambient temperature, in kelvin; frost is allowed, liquid air is not",
-                             low=AIR_BOILS, may_change=True)
+                             low=BOILING_POINT_OF_AIR, may_change=True)
 
     THRESHOLD: ClassVar[float] = 0.2  # of 1/spacing: half the value in the second layer of a flat surface
 

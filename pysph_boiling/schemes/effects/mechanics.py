@@ -10,7 +10,7 @@ from pysph_boiling.particles import Property, fill, host, lattice_density
 from pysph_boiling.schemes.effects.base import Column, Effect, constant
 from pysph_boiling.schemes.stages import Term
 
-__all__ = ["MechanicalLedger", "Meter"]
+__all__ = ["MechanicalLedger", "WorkMeter"]
 
 FORCES = ("forces.sum", "forces.release")  # places whose terms are told apart, by the effect that they belong to
 MOVES = ("density.contact", "density.move")  # and those that move particles
@@ -118,7 +118,7 @@ def kinetic(arrays):
     return sum(0.5 * float(np.sum(host(pa, "m") * sum(host(pa, name)**2 for name in AXES))) for pa in arrays)
 
 
-class Meter:
+class WorkMeter:
     """Measures a step at the borders of its parts, for the integrator; ``arrays`` is filled by the scheme later.
 
     ``begin`` stands before the prediction, ``mark`` after a stage; ``apart`` tells which function is called after the

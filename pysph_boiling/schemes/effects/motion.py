@@ -19,7 +19,7 @@ MAX_PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
 
 
-class Sweeps(Tool):
+class UnconvergedSteps(Tool):
     """Counts the steps that ended with a mean density error above the bound up to which more sweeps are added."""
 
     def __init__(self, scheme, effect):
@@ -175,7 +175,7 @@ class DensityConstraint(Effect):
                             distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle)
 
     def tools(self, scheme):
-        yield Sweeps(scheme, self)
+        yield UnconvergedSteps(scheme, self)
 
     def terms(self, scene, fluid):
         fluids, walls = list(scene.fluids), list(scene.solids)

@@ -172,7 +172,7 @@ class Oscillation(Effect):
 
     def hooks(self, scene):
         if self.form == "rayleigh_plesset":
-            return {"forces.volume": lambda arrays: self.ring(scene, arrays)}
+            return {"forces.volume": lambda arrays: self.advance_volumes(scene, arrays)}
         return {}
 
     # --- on the host, one number a bubble -----------------------------------------------------------------------------
@@ -294,7 +294,7 @@ class Oscillation(Effect):
         vapour.put("target_radius", (sense * target)[vapour.index], elsewhere=0.0)
         return target
 
-    def ring(self, scene, arrays):
+    def advance_volumes(self, scene, arrays):
         """Advance the volume of each bubble, and share it out as swell of its particles.
 
         A particle's swell times its liquid's volume is its share of the bubble's volume, so that shares add up when

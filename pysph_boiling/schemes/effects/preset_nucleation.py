@@ -53,9 +53,10 @@ class PresetNucleation(Effect):
                                   f"make the array with site_array(reach={needed * scene.spacing:.3g})",
                                   "preset_nucleation.radius, preset_nucleation.attraction_radius and adhesion.radius "
                                   f"must be at most {reach:.3g}")
-            self.crowded(scene, np.stack([arrays[name].get(axis, only_real_particles=True) for axis in "xyz"], -1))
+            self.warn_of_crowded_sites(
+                scene, np.stack([arrays[name].get(axis, only_real_particles=True) for axis in "xyz"], -1))
 
-    def crowded(self, scene, sites):
+    def warn_of_crowded_sites(self, scene, sites):
         """Warn of ``sites`` (n, 3) [m] that are so near to each other that no bubble departs from them."""
         if len(sites) < 2 or "adhesion" not in scene.effects:
             return
