@@ -20,7 +20,7 @@ from pysph_boiling.schemes.solver import vectorised
 
 __all__ = [
     "BACKEND", "OPTIONS", "Evaluator", "Stepper", "assert_repeated", "host_only", "one_group_each", "random_cloud",
-    "use_backend",
+    "use_backend", "vectors",
 ]
 
 BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
@@ -96,3 +96,8 @@ def random_cloud(n, dim, *, seed=0, box=1.0):
     points = np.zeros((n, 3))
     points[:, :dim] = np.random.default_rng(seed).uniform(0.0, box, (n, dim))
     return points
+
+
+def vectors(pa, x="x", y="y", z="z"):
+    """Three properties as an array (n, 3)."""
+    return np.stack([pa.get(name) for name in (x, y, z)], -1)

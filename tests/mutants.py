@@ -44,24 +44,26 @@ def mutants(module, *tests):
 
 
 groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
-buoyancy = mutants("buoyancy", "compiled/test_bubble_forces.py")
-cohesion = mutants("cohesion", "compiled/test_bubble_forces.py")
-container = mutants("container", "compiled/test_density_constraint.py")
+buoyancy = mutants("buoyancy", "compiled/test_buoyancy.py")
+cohesion = mutants("cohesion", "compiled/test_cohesion.py")
+container = mutants("container", "compiled/test_container.py", "compiled/test_density_constraint.py")
 condensation = mutants("condensation", "compiled/test_condensation.py")
 convection = mutants("convection", "compiled/test_convection.py")
-density = mutants("density_constraint", "compiled/test_density_constraint.py", "compiled/test_acceleration.py")
+density = mutants("density_constraint", "compiled/test_density_constraint.py")
 burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
 expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
-helpers = mutants("helpers", "unit/test_phases.py", "unit/test_smoothing.py", "compiled/test_density_constraint.py")
+helpers = mutants("helpers", "unit/test_phases.py", "unit/test_helpers.py", "compiled/test_density_constraint.py")
 lean = mutants("lean", "compiled/test_lean.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
-phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_modes.py")
+phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_site_storage.py",
+                "compiled/test_modes.py")
 pooling = mutants("pooling", "compiled/test_pooling.py")
-nucleation = mutants("preset_nucleation", "compiled/test_phase_change.py", "compiled/test_bubble_forces.py")
-storage = mutants("site_storage", "compiled/test_modes.py")
-venting = mutants("venting", "compiled/test_bubble_forces.py")
-viscosity = mutants("viscosity", "compiled/test_density_constraint.py")
+nucleation = mutants("preset_nucleation", "compiled/test_phase_change.py",
+                     "compiled/test_preset_nucleation.py")
+storage = mutants("site_storage", "compiled/test_site_storage.py")
+venting = mutants("venting", "compiled/test_venting.py")
+viscosity = mutants("viscosity", "compiled/test_viscosity.py")
 
 MUTANTS = (  # --quick takes the first of each module
     groups("link radius x 2", "rz*rz < self.radius2:", "rz*rz < 4.0*self.radius2:"),

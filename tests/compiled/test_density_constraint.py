@@ -1,139 +1,14 @@
-"""Density constraint, containers and viscosity against a reference: all pairs, a few lines of NumPy, no lists.
-
-All kernels sit in one compiled module; a group runs when its name is asked for. Random clouds of unequal masses beside
-random wall particles: half of them are compressed, some hardly have a neighbour.
-"""
-from copy import copy
+"""The density constraint against a reference: all pairs, a few lines of NumPy, no lists. Chebyshev's sweeps too."""
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from harness import Evaluator, random_cloud
-from pysph.sph.equation import Group
+from harness import vectors
+from motion import DX, N_FLUID, RHO0, ROUND_OFF, WIDTH, close, cloud, compile_kernels, inside_box, pairs, tank
 from sets import scheme
 
-from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
-from pysph_boiling.equations.density_constraint import (
-    PBFDensitySwollen,
-    PBFMove,
-    PBFMoveAccelerated,
-    PBFPositionCorrectionSwollen,
-    PBFPressure,
-)
-from pysph_boiling.particles import fluid_array, fluid_block, wall_array
-from pysph_boiling.schemes.effects import BoxContainer
-
-ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
-RHO0 = 958.0
-N_FLUID, N_WALL = 60, 20
-LOWER, UPPER = (0.1, 0.2, 0.15), (0.8, 0.7, 0.9)
-CYLINDER = dict(centre=(0.4, 0.6), radius=0.3, bottom=0.1, top=0.8)
-DEPTH = 0.1  # of a contact
-
-
-class Kernels:
-    """Groups of equations compiled once; ``run("density", "move")`` evaluates only the groups named."""
-
-    def __init__(self, arrays, groups, *, dim, domain=None):
-        self.wanted = ()
-        self.evaluator = Evaluator(arrays, [
-            Group(equations, name=name, condition=lambda t, dt, name=name: name in self.wanted)
-            for name, equations in groups.items()], dim=dim, domain=domain)
-        self.kernel = self.evaluator.kernel
-        self.fluid, self.wall = arrays
-
-    def run(self, *wanted, dt=1.0):
-        self.wanted = wanted
-        self.evaluator.run(dt=dt)
-
-
-def pairs(a, b, kernel):
-    """Kernel values (n, m) and gradients (n, m, 3) of each pair of two arrays."""
-    W, G = np.zeros((len(a.x), len(b.x))), np.zeros((len(a.x), len(b.x), 3))
-    for i, j in np.ndindex(*W.shape):
-        x = np.array([a.x[i] - b.x[j], a.y[i] - b.y[j], a.z[i] - b.z[j]])
-        r, h = np.linalg.norm(x), 0.5 * (a.h[i] + b.h[j])
-        W[i, j] = kernel.kernel(x, r, h)
-        kernel.gradient(x, r, h, G[i, j])
-    return W, G
-
-
-def vectors(pa, x="x", y="y", z="z"):
-    """Three properties as an array (n, 3)."""
-    return np.stack([pa.get(name) for name in (x, y, z)], -1)
-
-
-def compile_kernels(fluid, wall, *, dim, spacing):
-    """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
-    motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
-    motion.setup_properties([fluid, wall])
-    for name in ("swell", "qx", "qy", "qz", "impulse", "pressure"):
-        fluid.add_property(name)
-    fluid.add_constant("sweep_weight", [1.0, np.inf, 0.0])
-    by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
-    container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
-    kernels = Kernels([fluid, wall], {
-        "back": [by_name["PBFStepBack"]],
-        "before": [copy(by_name["PBFDensity"]), copy(by_name["PBFBoundaryDensity"])],
-        "left_over": [by_name["PBFLeftOver"]],
-        "density": [by_name["PBFDensity"], by_name["PBFBoundaryDensity"], by_name["PBFLambda"]],
-        "swollen_density": [PBFDensitySwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
-                                              kernel=motion.kernel),
-                            copy(by_name["PBFBoundaryDensity"]), copy(by_name["PBFLambda"])],
-        "correction": [by_name["PBFPositionCorrection"], by_name["PBFBoundaryCorrection"]],
-        "swollen_correction": [
-            PBFPositionCorrectionSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
-                                         kernel=motion.kernel, nudge=by_name["PBFPositionCorrection"].nudge),
-            copy(by_name["PBFBoundaryCorrection"])],
-        "pressure": [PBFPressure("fluid", ["fluid"], rho0=RHO0, rho_rest=by_name["PBFDensity"].rho_rest)],
-        "move": [PBFMove("fluid", None, omega=0.7, max_displacement=0.25 * spacing)],
-        "move_accelerated": [PBFMoveAccelerated("fluid", None, omega=0.7, max_displacement=0.25 * spacing, radius=0.9,
-                                                delay=2)],
-        "box": [PBFBoxContainer("fluid", None, depth=DEPTH, **container)],
-        "cylinder": [PBFCylinderContainer("fluid", None, depth=DEPTH, dim=dim, **CYLINDER)],
-        "gravity": [by_name["PBFBodyForce"]],
-        "viscosity": [by_name["PBFXSPHViscosity"]],
-        "friction": [by_name["PBFWallFriction"]],
-    }, dim=dim)
-    kernels.parameters, kernels.spacing, kernels.dim = by_name, spacing, dim
-    return kernels
-
-
-def cloud(dim, scale=1.0):
-    """Fluid at random in a cube of edge ``scale``, walls at random about its face x = 0; some fluid is compressed."""
-    spacing = {2: 0.7, 3: 1.0}[dim] * scale * N_FLUID ** (-1.0 / dim)
-    fluid = fluid_array(scale * random_cloud(N_FLUID, dim, seed=1), spacing=spacing, dim=dim, rho0=RHO0)
-    wall = fluid_array(scale * random_cloud(N_WALL, dim, seed=2), spacing=spacing, dim=dim, rho0=RHO0, name="wall")
-    wall.x[:] = 0.5 * wall.x - 0.25 * scale
-    wall.add_property("heated", type="int")
-    random = np.random.default_rng(3)
-    fluid.m *= random.uniform(0.5, 2.0, N_FLUID)
-    wall.m *= random.uniform(0.5, 2.0, N_WALL)
-    return fluid, wall, spacing
-
-
-@pytest.fixture(scope="module", params=[2, 3], ids=["2-D", "3-D"])
-def compiled(request):
-    fluid, wall, spacing = cloud(request.param)
-    return compile_kernels(fluid, wall, dim=request.param, spacing=spacing)
-
-
-@pytest.fixture
-def kernels(compiled):
-    """The random cloud in its initial state."""
-    fluid, wall, _ = cloud(compiled.dim)
-    for pa, start in ((compiled.fluid, fluid), (compiled.wall, wall)):
-        for name in ("x", "y", "z", "m"):
-            pa.get(name)[:] = start.get(name)
-    compiled.fluid.swell[:] = np.random.default_rng(6).uniform(0.3, 1.7, N_FLUID)
-    for name in ("sx", "sy", "sz", "limited", "contacts", "projected", "au", "av", "aw"):
-        compiled.fluid.get(name)[:] = 0
-    compiled.fluid.sweeps[0] = 0.0
-    compiled.fluid.prior[:] = 1.0
-    return compiled
-
-
-# --- density constraint -----------------------------------------------------------------------------------------------
+from pysph_boiling.equations.density_constraint import PBFMoveAccelerated
+from pysph_boiling.particles import fluid_block, host, wall_array
 
 
 def density(fluid, wall, kernel, at):
@@ -354,84 +229,67 @@ def test_lattice_at_rest_reads_the_rest_density_and_a_flat_wall_pushes(dim):
     close(fluid.gcx[inner] * spacing, np.zeros(inner.sum()), scale=1.0)
 
 
-# --- containers -------------------------------------------------------------------------------------------------------
-
-
-def inside_box(x, dim):
-    return np.clip(x, (*LOWER[:dim], *[0.0] * (3 - dim)), (*UPPER[:dim], *[0.0] * (3 - dim)))
-
-
-def inside_cylinder(x, dim):
-    x, c = x.copy(), np.array(CYLINDER["centre"])[:dim - 1]
-    r = np.linalg.norm(x[:, :dim - 1] - c, axis=1)
-    x[:, :dim - 1] = c + (x[:, :dim - 1] - c) * np.minimum(1.0, CYLINDER["radius"] / r)[:, None]
-    x[:, dim - 1] = np.clip(x[:, dim - 1], CYLINDER["bottom"], CYLINDER["top"])
-    return x
-
-
-@pytest.mark.parametrize("container, inside", [("box", inside_box), ("cylinder", inside_cylinder)])
-def test_container_projects_and_counts(kernels, container, inside):
-    fluid = kernels.fluid
-    x = vectors(fluid)
-    projected = inside(x, kernels.dim)
-    distance = np.linalg.norm(projected - x, axis=1)
-    out, far = distance > ROUND_OFF, distance > DEPTH
-    assert 5 < out.sum() < N_FLUID - 5 and 5 < far.sum() < out.sum() - 5
-    kernels.run(container)
-    close(vectors(fluid), projected)
-    close(vectors(fluid, "sx", "sy", "sz"), projected - x)  # the velocity feels the wall
-    np.testing.assert_array_equal(vectors(fluid)[~out], x[~out])
-    np.testing.assert_array_equal(fluid.projected, far)
-    np.testing.assert_array_equal(fluid.contacts, out & ~far)
-
-
-# --- viscosity --------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def moving(kernels):
-    """Random velocities."""
-    for axis, name in enumerate(("u", "v", "w")):
-        kernels.fluid.get(name)[:] = np.random.default_rng(axis).normal(size=N_FLUID) * (axis < kernels.dim)
-    return kernels
-
-
-def test_viscosity_equals_the_reference_and_conserves_momentum(moving):
-    fluid = moving.fluid
-    v = vectors(fluid, "u", "v", "w")
-    W, _ = pairs(fluid, fluid, moving.kernel)
-    rate = moving.parameters["PBFXSPHViscosity"].rate
-    a = rate / RHO0 * ((v[None, :] - v[:, None]) * (fluid.m[None, :] * W)[:, :, None]).sum(1)
-    moving.run("viscosity")
-    close(vectors(fluid, "au", "av", "aw"), a)
-    momentum = fluid.m[:, None] * vectors(fluid, "au", "av", "aw")
-    assert np.abs(momentum.sum(0)).max() <= ROUND_OFF * np.abs(momentum).sum()
-
-
-def test_wall_friction_only_slows(moving):
-    fluid = moving.fluid
-    v = vectors(fluid, "u", "v", "w")
-    W, _ = pairs(fluid, moving.wall, moving.kernel)
-    share = moving.parameters["PBFWallFriction"].rate / RHO0 * (W @ moving.wall.m)
-    assert 0 < np.count_nonzero(share == 0.0) < N_FLUID  # some touch no wall
-    moving.run("friction")
-    close(vectors(fluid, "au", "av", "aw"), -share[:, None] * v)
-
-
-def test_gravity_is_set_anew_each_time(kernels):
-    fluid = kernels.fluid
-    for _ in range(2):
-        kernels.run("gravity")
-        expected = np.zeros(3)
-        expected[kernels.dim - 1] = -9.81
-        np.testing.assert_array_equal(vectors(fluid, "au", "av", "aw"), np.tile(expected, (N_FLUID, 1)))
-
-
 def rest(kernels):
     """Rest density [kg/m^3] and relaxation [1/(kg m^2)] that the scheme gave to the multiplier."""
     return kernels.parameters["PBFLambda"].rho_rest, kernels.parameters["PBFLambda"].eps
 
 
-def close(actual, expected, scale=None):
-    """Equal to round-off of the largest value."""
-    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ROUND_OFF * (scale or np.abs(expected).max()))
+# --- Chebyshev's sweeps against a reference in NumPy ------------------------------------------------------------------
+
+
+def error_after(sweeps, **density):
+    """Mean density error [-] that so many sweeps of the first step leave in compressed water."""
+    stepper = tank(width=WIDTH, fill=16, jitter=0.0, min_sweeps=sweeps + 1, max_sweeps=sweeps + 1, tolerance=0.0,
+                   max_mean_error=10.0, settle=0, **density)
+    fluid = stepper.arrays["fluid"]
+    fluid.y *= 0.94
+    stepper.step()
+    return fluid.density_error[0]  # measured before the last sweep, so after all others
+
+
+def test_accelerated_sweeps_reach_a_smaller_error():
+    plain, accelerated = error_after(30), error_after(30, chebyshev_radius=0.97, omega=0.5)
+    assert accelerated < 0.5 * plain
+
+
+def test_weights_follow_chebyshev_and_restart_where_the_error_rises():
+    """The host's part alone, on errors made up: three fall, one rises, then they fall again."""
+    move = PBFMoveAccelerated("fluid", None, omega=0.5, max_displacement=1.0, radius=0.9, delay=2)
+
+    class Array:
+        gpu = None
+        density_error, sweep_weight = np.zeros(2), np.array([1.0, np.inf, 0.0])
+
+    rho2, weights = 0.81, []
+    for error in (9.0, 8.0, 7.0, 6.0, 6.5, 6.0, 5.0, 4.0):
+        Array.density_error[0] = error
+        move.reduce(Array, 0.0, 0.1)
+        weights.append(Array.sweep_weight[0])
+    first = 2.0 / (2.0 - rho2)
+    second = 4.0 / (4.0 - rho2 * first)
+    third = 4.0 / (4.0 - rho2 * second)
+    assert weights == pytest.approx([1.0, first, second, third, 1.0, 1.0, first, second], rel=1e-14)
+
+
+def test_accelerated_moves_equal_the_reference():
+    """One step replayed sweep by sweep from what the kernels were given: corrections and weights."""
+    stepper = tank(chebyshev_radius=0.9, omega=0.6, min_sweeps=8, max_sweeps=8, tolerance=0.0, max_displacement=1.0,
+                   max_mean_error=10.0)
+    fluid, seen, weights = stepper.arrays["fluid"], [], [1.0]
+    stepper.step(3)
+
+    def watch():
+        seen.append([host(fluid, name).copy() for name in ("dpx", "dpy", "qx", "qy")])
+        weights.append(float(fluid.sweep_weight[0]))  # of the next sweep
+
+    stage = stepper.equations.groups[stepper.solver.integrator.stages["density"]]
+    [move] = [group for block in stage for group in block.equations if group.name == "density_move"]
+    move.post.append(watch)
+    stepper.step()
+    assert len(seen) == 8 and max(weights) > 1.2
+    qx = qy = 0.0
+    for weight, (dpx, dpy, got_x, got_y) in zip(weights, seen):
+        qx, qy = weight * 0.6 * dpx + (weight - 1.0) * qx, weight * 0.6 * dpy + (weight - 1.0) * qy
+        np.testing.assert_allclose(got_x, qx, rtol=1e-12, atol=1e-12 * DX)
+        np.testing.assert_allclose(got_y, qy, rtol=1e-12, atol=1e-12 * DX)
+    assert np.abs(qx).max() > 1e-6 * DX  # it moved

@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 from harness import OPTIONS, Stepper, assert_repeated, host_only
+from motion import tank
 from pysph.base.kernels import CubicSpline
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from pysph.solver.utils import dump, load
@@ -274,3 +275,41 @@ def test_what_a_run_warns_of_is_told_once_and_plainly(tmp_path, capfd, monkeypat
     results = app.ledger.table()
     assert np.count_nonzero(results["density_error_mean"] > 1e-4) > 5, "steps that ended above their tolerance"
     assert results["n_unconverged"][-1] == 0.0 and "density.max_mean_error" not in said
+
+
+# --- neighbour lists with a skin against lists made anew --------------------------------------------------------------
+
+
+@host_only
+def test_lists_with_a_skin_are_kept_and_change_nothing():
+    """Until round-off has grown: the same neighbours count, whatever the list holds beside them."""
+    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0)
+                   for skin in (0.0, 0.3))
+    start = fresh.arrays["fluid"].x.copy(), fresh.arrays["fluid"].y.copy()
+    fresh.step(60)
+    kept.step(60)
+    searches = fresh.solver.integrator.searches, kept.solver.integrator.searches
+    assert searches[0] == 60 and 2 <= searches[1] <= 30, searches  # some are kept, and some made anew
+    moved = np.hypot(fresh.arrays["fluid"].x - start[0], fresh.arrays["fluid"].y - start[1]).max()
+    assert moved > 0.5 * DX
+    for name in "xy":
+        np.testing.assert_allclose(kept.arrays["fluid"].get(name), fresh.arrays["fluid"].get(name), atol=1e-3 * DX)
+
+
+@host_only
+def test_lists_are_made_anew_where_particles_come_go_or_change_places():
+    stepper = tank(skin=1.0, jitter=0.01, dt_factor=0.01)
+    integrator, fluid = stepper.solver.integrator, stepper.arrays["fluid"]
+    stepper.step(3)
+    assert integrator.searches == 1
+    fluid.remove_particles([5])
+    stepper.step()
+    assert integrator.searches == 2
+    fluid.place[[0, 1]] = fluid.place[[1, 0]]
+    stepper.step()
+    assert integrator.searches == 3
+    fluid.x[0] += 0.6 * DX
+    stepper.step()
+    assert integrator.searches == 4
+    stepper.step()
+    assert integrator.searches == 4

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from harness import Evaluator, Stepper, random_cloud
+from harness import Evaluator, Stepper, random_cloud, vectors
 from pysph.base.nnps import DomainManager
 
 from pysph_boiling.materials import WATER_1ATM as WATER
@@ -51,11 +51,6 @@ def set_up(scheme, fluid, wall):
             if name not in fluid.constants:
                 fluid.add_constant(name, value)
     fluid.oscillation_dt[0] = DT
-
-
-def vectors(pa, x="x", y="y", z="z"):
-    """Three properties as an array (n, 3)."""
-    return np.stack([pa.get(name) for name in (x, y, z)], -1)
 
 
 def at_rest(dim, size):

@@ -1,14 +1,17 @@
-"""Venting: which bubbles leave, and where their mass and energy are booked. Nothing here is compiled: the tool acts on
-the host, between steps.
+"""Venting: which bubbles leave, where their mass and energy are booked, and the view of the free surface.
+
+The tool acts on the host, between steps; only the kernels of the view are compiled.
 """
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from forces import DX, RHO0, SUPPORT, VAPOUR, Forces, between, particles
+from harness import vectors
 from sets import SETS, scheme
 
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.particles import NO_BUBBLE, fluid_array, site_array
+from pysph_boiling.particles import NO_BUBBLE, fluid_array, fluid_block, site_array
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import sum_over
@@ -190,3 +193,64 @@ def test_lid_returns_liquid_and_books_the_difference(T_feed):
 def test_feed_above_saturation_is_refused():
     with pytest.raises(ValueError, match=r"venting\.T_feed must be <= T_sat = 373\.15 K, got 380\.0 K"):
         Pool("lid", T_feed=380.0)
+
+
+# --- the view of the free surface, compiled: against a reference of all pairs -----------------------------------------
+
+
+def in_cone(forces):
+    """Whether particle j lies in the upward cone of particle i."""
+    d, r, _ = between(forces.fluid)
+    up = -(d @ forces.g) / np.linalg.norm(forces.g)
+    return (up > 0.3 * DX) & (r < SUPPORT) & (up > 0.5 * r)
+
+
+def test_film_and_free_vapour_equal_the_reference(cloud):
+    vapour, above, before = cloud.fluid.phase == VAPOUR, in_cone(cloud), cloud.fluid.free.copy()
+    film = ~vapour & ~above.any(axis=1)
+    free = vapour & ~(above & ~film).any(axis=1)
+    assert 2 <= np.count_nonzero(film) and 2 <= np.count_nonzero(free)
+    cloud.run("film", "free", "release")
+    np.testing.assert_array_equal(cloud.fluid.film, film)
+    np.testing.assert_array_equal(cloud.fluid.covered, ~free)
+    np.testing.assert_array_equal(cloud.fluid.free, np.where(free, before + 1, 0))
+
+
+def test_release_leaves_gravity_alone_to_act_on_free_vapour(cloud):
+    a = cloud.run("release", start=7.0)
+    np.testing.assert_array_equal(a, np.where(cloud.fluid.free[:, None] > 0, cloud.g, 7.0))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("layers, free", [(0, True), (1, True), (2, False), (4, False)])
+def test_a_bubble_is_free_under_at_most_a_film(layers, free, dim):
+    """A block with a bubble two wide and two high below ``layers`` layers of liquid. The count is of steps in a row."""
+    size = np.array([6.0, 6.0, 0.0]) if dim == 2 else np.array([6.0, 6.0, 6.0])
+    block = fluid_block((0.0, 0.0, 0.0), size * DX, spacing=DX, dim=dim, rho0=RHO0)
+    x = vectors(block) / DX
+    depth = 6.0 - x[:, dim - 1]
+    bubble = np.all(np.abs(x[:, :dim - 1] - 3.0) < 1.0, axis=1) & (depth > layers) & (depth < layers + 2)
+    forces = Forces(block, dim=dim, phase=np.where(bubble, VAPOUR, int(Phase.LIQUID)))
+    for step in (1, 2, 3):
+        forces.run("film", "free", "release")
+        top = bubble & (depth < layers + 1)
+        np.testing.assert_array_equal(block.free, np.where(top, step * free, 0))
+        np.testing.assert_array_equal(block.film, (depth < 1.0) & ~bubble)
+    block.phase[:] = np.where(depth < layers + 1, int(Phase.LIQUID), block.phase)  # the upper half condenses
+    forces.run("film", "free", "release")
+    lower = bubble & (depth > layers + 1)
+    np.testing.assert_array_equal(block.free, np.where(lower, 1 * (layers == 0), 0))  # counts start afresh
+
+
+def test_what_covers():
+    """Cover starts 0.3 spacings up, within 60 degrees of the vertical, and ends at the support, here 2.4 spacings."""
+    places = np.array([(0.0, 0.29), (0.0, 0.31), (1.7, 1.0), (1.8, 1.0), (0.0, 2.39), (0.0, 2.41), (0.0, -1.0)])
+    covers = np.array([False, True, True, False, True, False, False])
+    below, above = np.zeros((2, len(places), 3))
+    below[:, 0] = 10.0 * np.arange(len(places))
+    above[:, :2] = below[:, :2] + places
+    forces = Forces(particles(DX * np.concatenate([below, above]), 2), dim=2)
+    for phase, name in ((VAPOUR, "free"), (Phase.LIQUID, "film")):
+        forces.fluid.phase[:] = phase
+        forces.run("film", "free", "release")
+        np.testing.assert_array_equal(forces.fluid.get(name)[:len(places)], ~covers)

@@ -1,0 +1,29 @@
+"""Containers against a reference: who is outside is projected back and counted."""
+import numpy as np
+import pytest
+from harness import vectors
+from motion import CYLINDER, DEPTH, N_FLUID, ROUND_OFF, close, inside_box
+
+
+def inside_cylinder(x, dim):
+    x, c = x.copy(), np.array(CYLINDER["centre"])[:dim - 1]
+    r = np.linalg.norm(x[:, :dim - 1] - c, axis=1)
+    x[:, :dim - 1] = c + (x[:, :dim - 1] - c) * np.minimum(1.0, CYLINDER["radius"] / r)[:, None]
+    x[:, dim - 1] = np.clip(x[:, dim - 1], CYLINDER["bottom"], CYLINDER["top"])
+    return x
+
+
+@pytest.mark.parametrize("container, inside", [("box", inside_box), ("cylinder", inside_cylinder)])
+def test_container_projects_and_counts(kernels, container, inside):
+    fluid = kernels.fluid
+    x = vectors(fluid)
+    projected = inside(x, kernels.dim)
+    distance = np.linalg.norm(projected - x, axis=1)
+    out, far = distance > ROUND_OFF, distance > DEPTH
+    assert 5 < out.sum() < N_FLUID - 5 and 5 < far.sum() < out.sum() - 5
+    kernels.run(container)
+    close(vectors(fluid), projected)
+    close(vectors(fluid, "sx", "sy", "sz"), projected - x)  # the velocity feels the wall
+    np.testing.assert_array_equal(vectors(fluid)[~out], x[~out])
+    np.testing.assert_array_equal(fluid.projected, far)
+    np.testing.assert_array_equal(fluid.contacts, out & ~far)
