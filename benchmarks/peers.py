@@ -33,7 +33,7 @@ from pysph_boiling.threads import variables
 
 CODES_FOLDER = Path(__file__).resolve().parent / "peer_codes"
 sys.path.insert(0, str(CODES_FOLDER))
-from scenes import ESCAPES, GRAVITY, Scene, at_equal_error, compression, front, outside, pareto  # noqa: E402
+from scenes import ESCAPES, GRAVITY, Scene, at_equal_error, by_rising_error, compression, front, outside  # noqa: E402
 
 PACKAGES = ("pysplishsplash==2.19.0", "taichi==1.7.4", "numpy")
 LIBRARIES = ("GLdispatch", "GLX", "OpenGL")  # bundled with pysplishsplash, and in conflict with the system's
@@ -219,7 +219,7 @@ def best(runs, threads):
     """Of the runs of one code those on its front that lie next to a target, on either side."""
     valid = [run for run in runs if run.valid and not run.label.endswith("sweeps")]
     points, keep = [run.point(threads) for run in valid], set()
-    front = pareto(points)  # by rising error
+    front = by_rising_error(points)
     for target in TARGETS:
         below = sum(points[k][0] < target for k in front)
         keep.update(front[max(0, below - 1):below + 1])

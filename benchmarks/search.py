@@ -16,6 +16,7 @@ import tempfile
 import time
 from contextlib import redirect_stdout
 
+from pysph_boiling.particles import positions
 from pysph_boiling.threads import WAITING
 
 os.environ.update(WAITING)
@@ -70,7 +71,7 @@ class Way:
 
     def places(self):
         fluid = next(pa for pa in self.application.particles if pa.name == "fluid")
-        return np.stack([fluid.x, fluid.y, fluid.z], -1)
+        return positions(fluid)
 
 
 def main():

@@ -13,8 +13,8 @@ from pysph_boiling.names import whole_number
 
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "site_array",
-    "sites_on_base", "wall_array", "weigh_walls",
+    "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "positions",
+    "site_array", "sites_on_base", "wall_array", "weigh_walls",
 ]
 
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
@@ -25,6 +25,11 @@ def host(pa, name):
     if pa.gpu is not None:
         pa.gpu.pull(name)
     return pa.get(name, only_real_particles=True)
+
+
+def positions(pa):
+    """Positions (n, 3) [m] of the particles of an array."""
+    return np.stack([pa.x, pa.y, pa.z], -1)
 
 
 def fill(pa, name, value):

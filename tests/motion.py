@@ -22,7 +22,7 @@ from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 __all__ = [
-    "CYLINDER", "DEPTH", "DX", "LOWER", "N_FLUID", "RHO0", "ROUND_OFF", "UPPER", "WIDTH", "close", "cloud",
+    "CYLINDER", "DEPTH", "DX", "LOWER", "N_FLUID", "RHO0", "ROUND_OFF", "UPPER", "WIDTH", "close", "cloud", "column",
     "compile_kernels", "inside_box", "pairs", "reset", "tank",
 ]
 
@@ -131,15 +131,21 @@ def close(actual, expected, scale=None):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ROUND_OFF * (scale or np.abs(expected).max()))
 
 
-def tank(width=8, fill=12, jitter=0.2, dt_factor=0.07, **density):
-    """A column of water, disordered, in a wider tank; ready to step."""
-    upper = (WIDTH * DX, HEIGHT * DX, 0.0)
+def column(width=8, fill=12, *, height=HEIGHT, jitter=0.1, **density):
+    """A column of water, disordered, in a wider tank, and the scheme of the set "motion": (scheme, arrays)."""
+    upper = (WIDTH * DX, height * DX, 0.0)
     motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
     motion.set_effects(density=DensityConstraint(**density))
     common = dict(spacing=DX, dim=2, rho0=motion.rho0)
     arrays = [fluid_block((0.0, 0.0, 0.0), (width * DX, fill * DX, 0.0), jitter=jitter, seed=1, **common),
               box_vessel((0.0, 0.0), upper[:2], kernel=motion.kernel, **common)]
     motion.setup_properties(arrays)
+    return motion, arrays
+
+
+def tank(width=8, fill=12, jitter=0.2, dt_factor=0.07, **density):
+    """The same, ready to step."""
+    motion, arrays = column(width, fill, jitter=jitter, **density)
     return Stepper(motion, arrays, dt=motion.time_step(dt_factor))
 
 

@@ -6,7 +6,7 @@ from compyle.config import get_config
 from cyarray.carray import UIntArray
 from job import arguments
 
-from pysph_boiling.particles import fluid_array, wall_array
+from pysph_boiling.particles import fluid_array, positions, wall_array
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.effects import DensityConstraint
 from pysph_boiling.schemes.pbf import PBFScheme
@@ -18,18 +18,14 @@ def mean_neighbours(stepper, reach=None):
     Lists with a skin hold more than the sums need.
     """
     nnps, found, total = stepper.solver.integrator.nnps, UIntArray(), 0
-    fluid = position(stepper.arrays["fluid"])
+    fluid = positions(stepper.arrays["fluid"])
     for source, name in enumerate(("fluid", "wall")):
-        points = position(stepper.arrays[name])
+        points = positions(stepper.arrays[name])
         for i, x in enumerate(fluid):
             nnps.get_nearest_particles(source, 0, i, found)
             near = found.get_npy_array()
             total += len(near) if reach is None else np.sum(np.sum((points[near] - x) ** 2, axis=1) < reach**2)
     return total / len(fluid) - 1.0
-
-
-def position(pa):
-    return np.stack([pa.x, pa.y, pa.z], -1)
 
 
 def main():
@@ -47,7 +43,7 @@ def main():
     job.begin_now()
     for _ in range(job.steps):
         stepper.step()
-        job.step_done(fluid.sweeps[1], lambda: position(fluid),
+        job.step_done(fluid.sweeps[1], lambda: positions(fluid),
                       lambda: mean_neighbours(stepper, 2.0 * job.h if job.done == 1 else None))
     job.write(out, fluid=len(fluid.x), wall=len(wall.x), volume=float(fluid.m[0] / scheme.rho0),
               support=float(scheme.kernel.radius_scale * fluid.h[0]), wall_volume=float(wall.m.mean() / scheme.rho0),

@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-__all__ = ["GRAVITY", "Scene", "at_equal_error", "compression", "cubic_spline", "front", "outside", "pareto"]
+from pysph_boiling.evaluation.accuracy.front import pareto
+
+__all__ = ["GRAVITY", "Scene", "at_equal_error", "by_rising_error", "compression", "cubic_spline", "front", "outside"]
 
 GRAVITY = 9.81
 JITTER = 2e-3  # spacings
@@ -106,20 +108,14 @@ def front(scene, points):
     return 1.0 + (ahead - scene.spacing * (scene.counts[0] + 0.5)) / width
 
 
-def pareto(points):
-    """Of (error, cost) points those that no other beats in both, by rising error: indices."""
-    order = sorted(range(len(points)), key=lambda k: (points[k][0], points[k][1]))
-    best, front = np.inf, []
-    for k in order:
-        if points[k][1] < best:
-            best = points[k][1]
-            front.append(k)
-    return front
+def by_rising_error(points):
+    """Of (error, cost) points those that no other beats in both: indices."""
+    return pareto(*zip(*points)) if points else []
 
 
 def at_equal_error(points, error):
     """Cost at a given error, on the front of (error, cost) points: log-log interpolation, None outside of the front."""
-    chosen = np.array([points[k] for k in pareto(points) if points[k][0] > 0.0])
+    chosen = np.array([points[k] for k in by_rising_error(points) if points[k][0] > 0.0])
     if not len(chosen) or not chosen[0, 0] <= error <= chosen[-1, 0]:
         return None
     return float(np.exp(np.interp(np.log(error), *np.log(chosen).T)))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.analysis.rendering import load_output
+from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import nearest_image
 
@@ -51,7 +52,7 @@ def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
     volume = fluid.m[vapour] / rho0
     if "swell" in fluid.properties:
         volume = volume * fluid.swell[vapour]
-    place = np.stack([fluid.x, fluid.y, fluid.z], -1)[vapour]
+    place = positions(fluid)[vapour]
     found = []
     for label in np.unique(fluid.bubble[vapour]):
         own = fluid.bubble[vapour] == label

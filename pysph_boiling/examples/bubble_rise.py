@@ -16,7 +16,7 @@ import numpy as np
 from pysph_boiling.analysis.shapes import history, largest
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block
+from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -118,7 +118,7 @@ class BubbleRise(SceneApplication):
         scheme.set_temperature(fluid, self.start_temperature(p))
         fluid.bubble[:] = NO_BUBBLE
         middle = 0.5 * p.width
-        place = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :p.dim] / p.spacing
+        place = positions(fluid)[:, :p.dim] / p.spacing
         fluid.u[:], vertical = self.flow(place[:, 0] - middle, place[:, -1], p)
         fluid.get("v" if p.dim == 2 else "w")[:] = vertical
         for x, height, diameter in self.bubbles(p):

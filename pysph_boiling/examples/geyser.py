@@ -14,7 +14,7 @@ import numpy as np
 from pysph_boiling.checks import require
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.particles import fluid_block, positions, wall_array
 from pysph_boiling.runs.application import SceneParameters, upright_box
 from pysph_boiling.schemes.effects import Buoyancy, Heater, Venting, param
 
@@ -106,7 +106,7 @@ class Geyser(ExplosiveBoiling):
         below = list(lower)
         below[up] = -ROCK * p.spacing
         block = fluid_block(below, upper, **common)
-        points = np.stack([block.x, block.y, block.z], -1)
+        points = positions(block)
         shifts = np.zeros(((2 * ROCK + 1) ** p.dim, 3))
         shifts[:, :p.dim] = (np.indices((2 * ROCK + 1,) * p.dim).reshape(p.dim, -1).T - ROCK) * p.spacing
         near = np.zeros(len(points), bool)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pysph_boiling.checks import NotChecked, require
-from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.particles import fluid_block, positions, wall_array
 from pysph_boiling.runs.application import SceneApplication, SceneParameters
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import HeatConduction, Heater, param
@@ -58,7 +58,7 @@ class HeatedSlab(SceneApplication):
         upper = (WIDTH * p.spacing, p.thickness, 0.0)
         fluid = fluid_block((0.0, 0.0, 0.0), upper, **common)
         plate = fluid_block((0.0, -3.0 * p.spacing, 0.0), (upper[0], 0.0, 0.0), **common)
-        points = np.stack([plate.x, plate.y, plate.z], -1)
+        points = positions(plate)
         wall = wall_array(points, kernel=scheme.kernel, heated=np.ones(len(points)), **common)
         return [fluid, wall]
 

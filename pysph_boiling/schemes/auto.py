@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects import EFFECTS, BoxContainer, Rule
 
 __all__ = ["Choice", "Facts", "choose", "facts_of", "report"]
@@ -117,7 +118,7 @@ def default(slot, scheme, arrays):
     """The effect of a slot that nobody gave parameters for."""
     if slot == "container":  # the outside of the walls: it catches what leaks through them
         half = 0.5 * scheme.spacing
-        points = np.concatenate([np.stack([pa.x, pa.y, pa.z], -1) for pa in arrays if pa.name in scheme.solids])
+        points = np.concatenate([positions(pa) for pa in arrays if pa.name in scheme.solids])
         return BoxContainer(lower=tuple(points.min(0) - half), upper=tuple(points.max(0) + half))
     return EFFECTS[slot][0]()
 

@@ -9,6 +9,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.parallel import ranks
+from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects.base import computed_once
 from pysph_boiling.schemes.vapour import Vapour
 
@@ -90,7 +91,7 @@ class Departures(Tool):
         if self.attached is None:  # also when an interrupted run goes on
             sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
             self.base = ranks.largest(max(
-                float(np.max(np.stack([pa.x, pa.y, pa.z], -1) @ self.up, initial=-np.inf)) for pa in sites))
+                float(np.max(positions(pa) @ self.up, initial=-np.inf)) for pa in sites))
             uid, vapour, aloft = self.look()
             self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
 

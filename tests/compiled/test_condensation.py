@@ -8,7 +8,7 @@ from harness import Stepper
 from scipy.stats import chisquare
 
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.particles import NO_BUBBLE, fluid_array, fluid_block
+from pysph_boiling.particles import NO_BUBBLE, fluid_array, fluid_block, positions
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -317,7 +317,7 @@ def test_bubble_of_11_in_ice_water_collapses_only_in_the_latent_form(form, dim):
     """The deficit of 11 particles at 273.15 K is 11 c_v 100 K = .99 L: in the paper's form they stay for ever."""
     pa, size = block({2: 21, 3: 11}[dim], dim)
     water = Water(pa, dim=dim, form=form, dt=DT, time_scaling=A)
-    place = np.stack([pa.x, pa.y, pa.z], -1) - 0.5 * size - 1e-4 * DX * np.array([1.0, 2.0, 3.0])  # no two as near
+    place = positions(pa) - 0.5 * size - 1e-4 * DX * np.array([1.0, 2.0, 3.0])  # no two as near
     water.vapour(np.argsort(np.linalg.norm(place, axis=1))[:11])
     gas, worst, n = pa.phase == Phase.VAPOUR, 0.0, []
     for row in water.rows(700 if form == "paper" else 1200):

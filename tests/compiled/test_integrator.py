@@ -2,30 +2,20 @@
 import numpy as np
 import pytest
 from harness import OPTIONS, Stepper, assert_repeated, host_only
-from motion import tank
-from pysph.base.kernels import CubicSpline
+from motion import column, tank
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from pysph.solver.utils import dump, load
-from sets import scheme
 
 from pysph_boiling.evaluation.stress.scenes import MOTION, block, vessel
 from pysph_boiling.examples.dam_break import DamBreak
-from pysph_boiling.particles import box_vessel, fluid_block
-from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects import XSPHViscosity
 
 DX = 0.01
 
 
 def dam(**density):
-    """A column of 8 x 12 particles in a box of 16 x 20, and the scheme of the set "motion"."""
-    upper = (16 * DX, 20 * DX, 0.0)
-    motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
-    motion.set_effects(density=DensityConstraint(**density))
-    common = dict(spacing=DX, dim=2, rho0=motion.rho0)
-    arrays = [fluid_block((0.0, 0.0, 0.0), (8 * DX, 12 * DX, 0.0), jitter=0.1, seed=1, **common),
-              box_vessel((0.0, 0.0), upper, kernel=CubicSpline(dim=2), **common)]
-    motion.setup_properties(arrays)
-    return motion, arrays
+    """A column of 8 x 12 particles in a box of 16 x 20, and its scheme."""
+    return column(height=20, **density)
 
 
 @host_only

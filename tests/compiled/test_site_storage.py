@@ -7,7 +7,7 @@ from harness import Stepper
 from pysph.base.nnps import DomainManager
 
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.particles import fluid_array, site_array
+from pysph_boiling.particles import fluid_array, positions, site_array
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
@@ -69,7 +69,7 @@ class Sites:
         names = ("x", "y", "z", "uid", "m", "e", "T", "phase", "site", "paid", "q_sites", "emitted")
         fluid = {name: self.pa.get(name).copy() for name in names}
         site = {name: self.sites.get(name).copy() for name in ("Q_s", "occupied", "emits", "chosen", "cost")}
-        return SimpleNamespace(**fluid, **site, place=np.stack([self.sites.x, self.sites.y, self.sites.z], -1))
+        return SimpleNamespace(**fluid, **site, place=positions(self.sites))
 
     def reference(self, before):
         """The same in plain Python: one particle, one site at a time."""

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from pysph_boiling.examples.geyser import Geyser
+from pysph_boiling.particles import positions
 
 pytestmark = pytest.mark.slow  # its set of effects is no other scene's
 
@@ -38,6 +39,6 @@ def test_energy_and_mass_close(geyser):
 
 def test_nothing_enters_the_rock(geyser):
     p, fluid = geyser.parameters, geyser.scheme.arrays[0]
-    points = np.stack([fluid.x, fluid.y, fluid.z], -1)
+    points = positions(fluid)
     reach = p.spacing * np.array([[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, -0.5, 0.0]])
     assert np.all(np.any([geyser.inside(points + shift, p) for shift in reach], axis=0))

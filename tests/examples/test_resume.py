@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 from pysph.solver.utils import get_files, load
+from same import assert_same_end, assert_same_results
 
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.runs.ledger import load_results
@@ -37,13 +38,8 @@ def test_resumed_run_equals_uninterrupted(whole, tmp_path, monkeypatch):
     middle = np.searchsorted(theirs["t"], float(load(files[cut])["solver_data"]["t"]))
     assert theirs["n_nucleated"][-1] > theirs["n_nucleated"][middle] > 0  # something happened on both sides of the cut
     assert theirs["n_vented"][-1] > theirs["n_vented"][middle]
-    assert ours.keys() == theirs.keys()
-    for name in theirs:
-        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
-    ended, expected = (load(get_files(str(folder))[-1])["arrays"] for folder in (tmp_path, whole))
-    for name, pa in expected.items():
-        for prop in pa.output_property_arrays:
-            np.testing.assert_array_equal(ended[name].get(prop), pa.get(prop), err_msg=f"{name}.{prop}")
+    assert_same_results(ours, theirs)
+    assert_same_end(tmp_path, whole)
     records = [json.loads((folder / "run.json").read_text()) for folder in (tmp_path, whole)]
     assert records[0]["departures"] == records[1]["departures"] and records[0]["completed"]
     assert len(get_files(str(tmp_path))) == len(files)

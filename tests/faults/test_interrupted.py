@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from same import assert_same_results
 
 from pysph_boiling.files import check_output, output_files, read_output
 from pysph_boiling.phases import Phase
@@ -59,9 +60,7 @@ def goes_on(folder, whole, t):
     for name, least in HAPPENS.items():
         happened = theirs[name][-1] - theirs[name][np.searchsorted(theirs["t"], t)]
         assert happened >= least, f"{name}: {happened} after the last resume"
-    assert ours.keys() == theirs.keys()
-    for name in theirs:
-        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
+    assert_same_results(ours, theirs)
     return ours
 
 

@@ -3,11 +3,10 @@ import json
 
 import numpy as np
 import pytest
+from same import assert_same_end, assert_same_results
 
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
-from pysph_boiling.files import output_files, read_output
-from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.runs.pysph_options import SEARCHES
 
 DAM = (DamBreak, ["--quick", "--tf", "0.1"], (7, 12, 20))  # 30 steps, an output every 6
@@ -45,14 +44,8 @@ def compare(case, options, tmp_path):
     whole = parts(case, tmp_path / "whole", options, ())
     last = parts(case, tmp_path / "parts", options, case[2])
     assert last.solver.count == whole.solver.count > case[2][-1] + 5
-    ours, theirs = load_results(tmp_path / "parts"), load_results(tmp_path / "whole")
-    assert ours.keys() == theirs.keys()
-    for name in theirs:
-        np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
-    ended, expected = (read_output(output_files(tmp_path / name)[-1])[0] for name in ("parts", "whole"))
-    for name, pa in expected.items():
-        for prop in pa.output_property_arrays:
-            np.testing.assert_array_equal(ended[name].get(prop), pa.get(prop), err_msg=f"{name}.{prop}")
+    assert_same_results(tmp_path / "parts", tmp_path / "whole")
+    assert_same_end(tmp_path / "parts", tmp_path / "whole")
     return whole
 
 

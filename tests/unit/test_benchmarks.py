@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pysph.base.kernels import CubicSpline
 
-from pysph_boiling.particles import akinci_volume, box_vessel, fluid_block, lattice_density
+from pysph_boiling.particles import akinci_volume, box_vessel, fluid_block, lattice_density, positions
 from pysph_boiling.runs.jobs import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
@@ -32,7 +32,7 @@ def test_kernel_is_that_of_pysph():
 def test_walls_and_their_volumes_are_those_of_a_vessel(scene):
     kernel = CubicSpline(dim=3)
     vessel = box_vessel((0.0,) * 3, scene.size, spacing=scene.spacing, dim=3, rho0=1000.0, kernel=kernel, hdx=1.0)
-    np.testing.assert_allclose(np.stack([vessel.x, vessel.y, vessel.z], -1), scene.wall, atol=1e-12)
+    np.testing.assert_allclose(positions(vessel), scene.wall, atol=1e-12)
     volume = akinci_volume(scene.wall, kernel, h=scene.h, dim=3)
     np.testing.assert_allclose(scene.wall_volume, volume, rtol=1e-6)  # akinci_volume rounds distances
 
@@ -41,7 +41,7 @@ def test_a_lattice_is_at_rest_and_a_squeezed_one_is_denser(scene):
     """Inside, far from walls and surface: 0 on the lattice; squeezed by s in one direction, the lattice sum itself."""
     size = np.array([9, 9, 9]) * scene.spacing
     block = fluid_block((0, 0, 0), size, spacing=scene.spacing, dim=3, rho0=1000.0)
-    points = np.stack([block.x, block.y, block.z], -1)
+    points = positions(block)
     middle = np.argmin(np.linalg.norm(points - 0.5 * size, axis=1))
     away = points + 100.0  # far from the tank
     assert scenes.compression(scene, away)[middle] == pytest.approx(0.0, abs=1e-9)
@@ -93,7 +93,7 @@ def test_cost_at_equal_error():
 
 def test_pareto_keeps_what_nothing_beats_in_both():
     points = [(3.0, 1.0), (1.0, 3.0), (2.0, 4.0), (2.0, 2.0), (4.0, 1.0)]
-    assert scenes.pareto(points) == [1, 3, 0]
+    assert scenes.by_rising_error(points) == [1, 3, 0]
 
 
 def settings_run(scene, error, cost, *, outside=0):

@@ -15,6 +15,7 @@ from pysph_boiling.particles import (
     fluid_array,
     fluid_block,
     lattice_density,
+    positions,
     site_array,
     sites_on_base,
     wall_array,
@@ -27,11 +28,6 @@ DX, RHO0 = 0.01, 958.0
 ROUND_OFF = 1e-12
 
 
-def place(pa):
-    """Positions (n, 3)."""
-    return np.stack([pa.x, pa.y, pa.z], -1)
-
-
 # --- fluid ------------------------------------------------------------------------------------------------------------
 
 
@@ -39,7 +35,7 @@ def place(pa):
     (2, (0.05, 0.03), 15), (3, (0.05, 0.03, 0.02), 30), (2, (0.01, 0.01), 1)])
 def test_block_fills_its_box_with_a_lattice(dim, upper, count):
     block = fluid_block((0.0,) * dim, upper, spacing=DX, dim=dim, rho0=RHO0, hdx=1.3)
-    points = place(block)
+    points = positions(block)
     assert len(points) == count == len(np.unique(points.round(9), axis=0))
     np.testing.assert_allclose(points[:, :dim].min(0), 0.5 * DX, rtol=ROUND_OFF)
     np.testing.assert_allclose(points[:, :dim].max(0), np.array(upper) - 0.5 * DX, rtol=ROUND_OFF)
@@ -51,7 +47,7 @@ def test_block_fills_its_box_with_a_lattice(dim, upper, count):
 
 def test_block_jitter_is_bounded_and_reproducible():
     def block(seed, jitter=0.2):
-        return place(fluid_block((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, jitter=jitter, seed=seed))
+        return positions(fluid_block((0, 0), (0.1, 0.1), spacing=DX, dim=2, rho0=RHO0, jitter=jitter, seed=seed))
 
     moved = block(1) - block(1, jitter=0.0)
     assert 0.1 * DX < np.abs(moved).max() <= 0.2 * DX and not moved[:, 2].any()
@@ -113,7 +109,7 @@ def test_properties_are_added_once_and_state_is_written():
 @pytest.mark.parametrize("kernel", [CubicSpline, WendlandQuintic])
 def test_lattice_density_is_that_of_a_large_block(kernel, dim):
     kernel, grad = kernel(dim=dim), [0.0, 0.0, 0.0]
-    points = place(fluid_block((-3.5,) * dim, (3.5,) * dim, spacing=1.0, dim=dim, rho0=1.0))
+    points = positions(fluid_block((-3.5,) * dim, (3.5,) * dim, spacing=1.0, dim=dim, rho0=1.0))
     density = squares = 0.0
     for point in points:
         r = float(np.linalg.norm(point))
@@ -130,7 +126,7 @@ def test_akinci_volume_of_a_lone_particle_and_of_a_plane(dim):
     lone = akinci_volume(np.array([[0.3, 0.2, 0.1 * (dim - 2)]]), kernel, h=h, dim=dim)
     np.testing.assert_allclose(lone, 1.0 / kernel.kernel([0.0] * 3, 0.0, h), rtol=ROUND_OFF)
 
-    plane = place(fluid_block((-0.045,) * (dim - 1), (0.045,) * (dim - 1), spacing=DX, dim=dim - 1, rho0=1.0))
+    plane = positions(fluid_block((-0.045,) * (dim - 1), (0.045,) * (dim - 1), spacing=DX, dim=dim - 1, rho0=1.0))
     total = sum(kernel.kernel(point, float(np.linalg.norm(point)), h) for point in plane)
     volume = akinci_volume(plane, kernel, h=h, dim=dim)
     middle = np.linalg.norm(plane, axis=1) < 1e-9
@@ -140,7 +136,7 @@ def test_akinci_volume_of_a_lone_particle_and_of_a_plane(dim):
 
 
 def test_wall_particles_weigh_their_akinci_volume():
-    kernel, points = CubicSpline(dim=2), place(fluid_block((0, 0), (0.1, 0.02), spacing=DX, dim=2, rho0=RHO0))
+    kernel, points = CubicSpline(dim=2), positions(fluid_block((0, 0), (0.1, 0.02), spacing=DX, dim=2, rho0=RHO0))
     hot = points[:, 0] < 0.04
     wall = wall_array(points, spacing=DX, dim=2, rho0=RHO0, kernel=kernel, hdx=1.3, heated=hot)
     np.testing.assert_array_equal(wall.m, RHO0 * akinci_volume(points, kernel, h=1.3 * DX, dim=2))
@@ -157,7 +153,7 @@ def floor(dim, domain=None):
     """Two layers of wall under a domain that is periodic along the floor, their start off its border."""
     sides = (CELLS * DX,) * (dim - 1)
     slab = fluid_block((0.0,) * (dim - 1) + (-2 * DX,), (*sides, 0.0), spacing=DX, dim=dim, rho0=RHO0)
-    return wall_array(place(slab), spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), domain=domain)
+    return wall_array(positions(slab), spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), domain=domain)
 
 
 def periodic(dim, cells=CELLS):
@@ -180,7 +176,7 @@ def test_walls_weigh_the_same_everywhere_in_a_periodic_domain(dim):
     np.testing.assert_array_equal(told.m, given.m)
     for m in layers(given):
         np.testing.assert_allclose(m, m[0], rtol=1e-8)  # distances are rounded to nine digits
-    middle = np.hypot(*(place(told)[:, :2] - 0.5 * CELLS * DX * (np.arange(2) < dim - 1)).T).argmin()
+    middle = np.hypot(*(positions(told)[:, :2] - 0.5 * CELLS * DX * (np.arange(2) < dim - 1)).T).argmin()
     assert told.m[middle] == pytest.approx(floor(dim).m[middle], rel=1e-8)  # far from the border nothing changes
 
 
@@ -217,7 +213,7 @@ def test_scheme_that_meets_a_periodic_domain_sets_its_walls_right():
 def test_walls_in_two_arrays_weigh_what_they_do_in_one(dim, closed):
     """A floor cut at a third of its width. Each array counts its own particles alone until the scheme has seen both."""
     one, domain = floor(dim, periodic(dim) if closed else None), periodic(dim) if closed else None
-    points, halves = place(one), [one.x < 5.0 * DX, one.x >= 5.0 * DX]
+    points, halves = positions(one), [one.x < 5.0 * DX, one.x >= 5.0 * DX]
     walls = [wall_array(points[half], spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), name=name,
                         heated=1.0 * (name == "right"))
              for name, half in zip(("left", "right"), halves)]
@@ -258,7 +254,7 @@ def test_box_vessel_is_hollow_and_closed_but_for_its_top(dim, layers):
     upper = lower + DX * cells
     wall = box_vessel(lower, upper, spacing=DX, dim=dim, rho0=RHO0, kernel=CubicSpline(dim=dim), layers=layers,
                       heated_fraction=0.5)
-    points = place(wall)[:, :dim]
+    points = positions(wall)[:, :dim]
     grown = cells + 2 * layers * (np.arange(dim) < dim - 1) + layers * (np.arange(dim) == dim - 1)
     assert len(points) == len(np.unique(points.round(9), axis=0)) == np.prod(grown) - np.prod(cells)
     outside = np.maximum(lower - points, points - upper).max(1)
@@ -280,7 +276,7 @@ def test_box_vessel_without_heated_fraction_is_cold():
 def test_cylinder_vessel_is_hollow_and_closed_but_for_its_top():
     radius, height = 0.05, 0.06
     wall = cylinder_vessel(radius, height, spacing=DX, rho0=RHO0, kernel=CubicSpline(dim=3), heated_fraction=0.5)
-    points, r = place(wall), np.hypot(wall.x, wall.y)
+    points, r = positions(wall), np.hypot(wall.x, wall.y)
     side, floor = r > radius, r <= radius
     assert np.all(points[floor, 2] < 0.0) and points[:, 2].max() < height  # nothing inside, no lid
     np.testing.assert_allclose(np.unique(r[side].round(9)), [radius + 0.5 * DX, radius + 1.5 * DX], rtol=1e-7)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
+from standin import cloud
 
 from pysph_boiling.analysis import drawing, rendering
 from pysph_boiling.analysis.rendering import (
@@ -29,13 +30,6 @@ PIXELS_PER_METRE = rendering.LONGEST * DPI / (1.04 * 10 * DX)  # of SQUARE: 2 % 
 @pytest.fixture(autouse=True)
 def _small_pictures(monkeypatch):
     monkeypatch.setattr(rendering, "DPI", DPI)
-
-
-def cloud(points, **properties):
-    """Stand-in for a particle array: ``points`` (n, 3) [m] and any properties."""
-    x, y, z = np.asarray(points, dtype=float).reshape(-1, 3).T
-    columns = {"x": x, "y": y, "z": z, **{k: np.broadcast_to(v, x.shape) for k, v in properties.items()}}
-    return SimpleNamespace(properties=columns, **columns)
 
 
 def lattice(n, dim):

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from standin import cloud
 
 from pysph_boiling.analysis import surface
 from pysph_boiling.analysis.drawing import bubble_colours
@@ -20,13 +21,6 @@ FILL = 7  # height of the water, in spacings
 SIZE = (200, 160)
 VESSEL = DX * np.array([[0.0, 0.0, 0.0], [N, N, 1.5 * N]])
 FAR = np.array([0.3, -1.0, 0.5])
-
-
-def cloud(points, **properties):
-    """Stand-in for a particle array: ``points`` (n, 3) [m] and any properties."""
-    x, y, z = np.asarray(points, dtype=float).reshape(-1, 3).T
-    columns = {"x": x, "y": y, "z": z, **{k: np.broadcast_to(v, x.shape) for k, v in properties.items()}}
-    return SimpleNamespace(properties=columns, **columns)
 
 
 def block(*shape, low=(0, 0, 0)):

@@ -9,6 +9,7 @@ from pysph_boiling.analysis.shapes import shapes
 from pysph_boiling.evaluation.problems.bubble_rise import blow, still_water
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
+from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects import Buoyancy, Cohesion, DensityConstraint
 
 __all__ = ["BubbleAtRest"]
@@ -46,7 +47,7 @@ class BubbleAtRest(Problem):
         scheme, fluid, stepper = still_water(
             p, dt_factor=self.dt_factor, settle=self.settle * unit, density=self.density,
             buoyancy=Buoyancy(k_bubble=0.0), cohesion=Cohesion(strength=self.strength))
-        place = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :self.dim] / self.spacing - 0.5 * self.cells
+        place = positions(fluid)[:, :self.dim] / self.spacing - 0.5 * self.cells
         inside = np.linalg.norm(place, axis=1) < self.radius
         blow(fluid, inside)
         t, speed, every = [], [], math.ceil(self.duration / self.SAMPLES / self.dt_factor)

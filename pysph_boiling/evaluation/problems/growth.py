@@ -10,7 +10,7 @@ from scipy.special import erfc, erfcx, exp1
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import fluid_block
+from pysph_boiling.particles import fluid_block, positions
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -97,7 +97,7 @@ class Growth(Problem):
         fluid = fluid_block((-reach,) * 3, (reach,) * 3, spacing=DX, dim=self.dim, rho0=scheme.rho0,
                             jitter=self.jitter, inside=lambda p: np.linalg.norm(p - centre, axis=1) < reach)
         scheme.setup_properties([fluid])
-        r = np.linalg.norm(self.points(fluid) - centre, axis=1)
+        r = np.linalg.norm(positions(fluid) - centre, axis=1)
         L, volume = scheme.material.L, ball(self.radius, self.dim)
         vapour = np.argsort(r)[:int(volume)]
         fluid.e[:] = scheme.material.c_l * SUPERHEAT * profile(r, self.radius * DX, b, self.dim)
@@ -107,10 +107,6 @@ class Growth(Problem):
         fluid.e[near] += (volume - int(volume)) * L / len(near)
         fluid.T[:] = temperature(fluid.e, fluid.phase, scheme.material)
         return fluid
-
-    @staticmethod
-    def points(fluid):
-        return np.stack([fluid.x, fluid.y, fluid.z], -1)
 
     def run(self):
         scheme, b = self.scheme(), growth_constant(self.dim, self.stefan)
@@ -130,7 +126,7 @@ class Growth(Problem):
                 history.append((times[0] + stepper.t, (n / ball(1.0, self.dim)) ** (1.0 / self.dim)))
         seconds = stepper.seconds
         vapour, stored = fluid.phase == Phase.VAPOUR, fluid.phase == Phase.TRANSITION
-        place = self.points(fluid)
+        place = positions(fluid)
         place -= place[vapour].mean(0)
         exact, found = ball(self.growth * self.radius, self.dim), float(vapour.sum())
         latent = found + float(fluid.e[stored].sum()) / material.L

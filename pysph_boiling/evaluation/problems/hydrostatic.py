@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import box_vessel, fluid_block, lattice_density
+from pysph_boiling.particles import box_vessel, fluid_block, lattice_density, positions
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
@@ -29,7 +29,7 @@ def compression(fluid, others, scheme):
     lattice, _ = lattice_density(kernel, dim=scheme.dim, hdx=scheme.hdx)
     q = np.linspace(0.0, kernel.radius_scale, 4001)
     w = [kernel.kernel(xij=[d * h, 0.0, 0.0], rij=d * h, h=h) for d in q]
-    points, masses = (np.concatenate([np.stack([pa.x, pa.y, pa.z], -1) if what == "x" else pa.m
+    points, masses = (np.concatenate([positions(pa) if what == "x" else pa.m
                                       for pa in (fluid, *others)]) for what in "xm")
     up = scheme.dim - 1  # sorted along the vertical, a slab of fluid has its neighbours in a slab of points
     order = np.argsort(points[:, up], kind="stable")
@@ -37,7 +37,7 @@ def compression(fluid, others, scheme):
     own = np.argsort(fluid.get("xyz"[up]), kind="stable")
     rho = np.empty(len(own))
     for part in np.array_split(own, max(1, len(own) // 128)):
-        x = np.stack([fluid.x, fluid.y, fluid.z], -1)[part]
+        x = positions(fluid)[part]
         reach = kernel.radius_scale * h
         near = slice(*np.searchsorted(points[:, up], (x[0, up] - reach, x[-1, up] + reach)))
         r = np.sqrt(((x[:, None, :] - points[None, near, :]) ** 2).sum(axis=-1))
@@ -47,7 +47,7 @@ def compression(fluid, others, scheme):
 
 def nearest(fluid, spacing):
     """Distance of each particle to the nearest other one, in spacings, shape (n,)."""
-    points = np.stack([fluid.x, fluid.y, fluid.z], -1)
+    points = positions(fluid)
     return cKDTree(points).query(points, k=2)[0][:, 1] / spacing
 
 

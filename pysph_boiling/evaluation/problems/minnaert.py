@@ -7,7 +7,7 @@ from scipy.optimize import curve_fit
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import add_properties, box_vessel, fluid_block
+from pysph_boiling.particles import add_properties, box_vessel, fluid_block, positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -70,7 +70,7 @@ class RingingBubble(Problem):
         scheme.setup_properties([fluid, wall])
         add_properties(fluid, Oscillation(form="hysteresis").properties(scheme.scene()))  # to share modules with it
         scheme.set_temperature(fluid, water.T_sat - 2.0)
-        x = np.stack([fluid.x, fluid.y, fluid.z], -1)
+        x = positions(fluid)
         bubble = np.linalg.norm(x - 0.5 * upper, axis=1) < self.radius * dx
         fluid.phase[bubble], fluid.e[bubble], fluid.swell[bubble] = Phase.VAPOUR, water.L, self.disturbed
         stepper = Stepper(scheme, [fluid, wall])
@@ -79,7 +79,7 @@ class RingingBubble(Problem):
         t, r = [], []
         while stepper.t < 3.0 * period:
             stepper.step()
-            x = np.stack([fluid.x, fluid.y, fluid.z], -1)[bubble]
+            x = positions(fluid)[bubble]
             t.append(stepper.t)
             r.append(np.mean(np.linalg.norm(x - x.mean(axis=0), axis=1)) / dx)
         t, r = np.array(t), np.array(r)

@@ -9,7 +9,7 @@ from scipy.special import erf
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import fluid_block, wall_array
+from pysph_boiling.particles import fluid_block, positions, wall_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -54,7 +54,7 @@ class Stefan(Problem):
         common = dict(spacing=spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block((0.0, 0.0, 0.0), (WIDTH * spacing, 1.2 * self.thickness + 4.0 * spacing, 0.0), **common)
         plate = fluid_block((0.0, -3.0 * spacing, 0.0), (WIDTH * spacing, 0.0, 0.0), **common)
-        wall = wall_array(np.stack([plate.x, plate.y, plate.z], -1), kernel=scheme.kernel,
+        wall = wall_array(positions(plate), kernel=scheme.kernel,
                           heated=np.ones(len(plate.x)), **common)
         scheme.setup_properties([fluid, wall])
 

@@ -4,6 +4,7 @@ import numpy as np
 from pysph_boiling.analysis.plots import BLUE, ORANGE, PURPLE
 from pysph_boiling.evaluation.reproduce.figure import Figure
 from pysph_boiling.evaluation.reproduce.sites import (
+    common_end,
     counts,
     curves,
     mean_between,
@@ -54,7 +55,7 @@ class ModesPictures(Figure):
 
     def make(self, results, folder, quick):
         groups = self.ensembles(results, quick)
-        end = min(float(one.table["t"][-1]) for group in groups.values() for one in group)
+        end = common_end(*groups.values())
         cells = [(groups[mode][0].result, share * end, f"{name}") for mode, name in NAMES.items()
                  for share in (0.4, 0.6, 0.8)]
         pictures = [sheet(cells, folder / "modes.png", "One vessel at three times (columns) in three models (rows). "
@@ -98,7 +99,7 @@ class ModesCounts(ModesPictures):
 
     def make(self, results, folder, quick):
         groups = self.ensembles(results, quick)
-        end = min(float(one.table["t"][-1]) for group in groups.values() for one in group)
+        end = common_end(*groups.values())
         half = (0.5 * end, end)
         with plot(folder / "superheated.png", width=9.6, columns=2) as (left, right):
             for mode, group in groups.items():

@@ -9,7 +9,7 @@ from pysph_boiling.evaluation.reproduce.runs import Run
 from pysph_boiling.report.pictures import band, plot, sheet
 from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
 
-__all__ = ["Sites", "counts", "curves", "members", "mean_between", "production", "rank_correlation", "rate_between",
+__all__ = ["Sites", "common_end", "counts", "curves", "members", "mean_between", "production", "rank_correlation", "rate_between",
            "rises", "same_level", "seeds", "vessel_run"]
 
 COLOURS = (PURPLE, BLUE, GREEN, ORANGE)
@@ -51,6 +51,11 @@ def production(table):
     return table | {"produced": made - table.get("n_condensed", 0.0)}
 
 
+def common_end(*groups):
+    """When the first of the runs in groups of :func:`members` ends [s]."""
+    return min(float(one.table["t"][-1]) for group in groups for one in group)
+
+
 def mean_between(table, column, begin, end):
     """Mean of a column of a results table over its rows from ``begin`` to ``end`` [s]."""
     inside = (table["t"] >= begin) & (table["t"] <= end)
@@ -76,7 +81,7 @@ def rank_correlation(x, y):
 
 def curves(groups, columns, points=200):
     """Mean and range of columns over time for labelled ensembles, as columns of equal length for a CSV file."""
-    end = min(float(one.table["t"][-1]) for group in groups.values() for one in group)
+    end = common_end(*groups.values())
     t = np.linspace(0.0, end, points)
     made = {"t [s]": t}
     for label, group in groups.items():
@@ -122,7 +127,7 @@ class Sites(Figure):
 
     def make(self, results, folder, quick):
         groups = {sites: members(results, f"vessel_dynamic_{sites}") for sites in counts(quick)}
-        end = min(float(one.table["t"][-1]) for group in groups.values() for one in group)
+        end = common_end(*groups.values())
         late, half, all_the_time = (0.75 * end, end), (0.5 * end, end), (0.0, end)
 
         def over(measure, column, window):

@@ -4,7 +4,8 @@ import numpy as np
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
 from pysph_boiling.evaluation.reproduce.figure import Figure
 from pysph_boiling.evaluation.reproduce.runs import Run
-from pysph_boiling.evaluation.reproduce.sites import curves, members, rate_between, seeds
+from pysph_boiling.evaluation.reproduce.sites import common_end, curves, members, rate_between, seeds
+from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.report.pictures import band, movie, plot, rendered, sheet
 from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
@@ -48,7 +49,7 @@ def surface(fluid, *, dim, spacing):
     mean height, the roughness its standard deviation, the speed the root mean square of what lies within two spacings
     below the top of its column.
     """
-    points = np.stack([fluid.x, fluid.y, fluid.z], -1)[:, :dim]
+    points = positions(fluid)[:, :dim]
     velocity = np.stack([fluid.u, fluid.v, fluid.w], -1)
     liquid = np.asarray(fluid.phase) != Phase.VAPOUR
     across, height = np.floor(points[liquid, :dim - 1] / (2.0 * spacing)).astype(int), points[liquid, dim - 1]
@@ -103,7 +104,7 @@ class SteadyBoiling(Figure):
 
     def make(self, results, folder, quick):
         group = members(results, "steady")
-        end = min(float(one.table["t"][-1]) for one in group)
+        end = common_end(group)
         begin, windows = (0.4 * end, 4) if quick else (0.25 * end, 6)
         first = group[0].result
         moments = [begin + share * (end - begin) for share in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
@@ -166,7 +167,7 @@ class Cooling(Figure):
 
     def make(self, results, folder, quick):
         group = members(results, "cooling")
-        end = min(float(one.table["t"][-1]) for one in group)
+        end = common_end(group)
         first = group[0].result
         off = float(first.record["parameters"]["heater_until"]["value"])
         moments = [0.8 * off, off, *(off + share * (end - off) for share in (0.1, 0.3, 0.6, 1.0))]
@@ -248,7 +249,7 @@ class BubbleRadius(SteadyBoiling):
 
     def make(self, results, folder, quick):
         group = members(results, "steady")
-        end = min(float(one.table["t"][-1]) for one in group)
+        end = common_end(group)
         with plot(folder / "radius.png") as ax:
             band(ax, group, "bubble_radius_mean", "mean equivalent radius", ORANGE, scale=1e3)
             ax.set(xlabel="time [s]", ylabel="mean radius of the bubbles [mm]", xlim=(0.0, end), ylim=(0.0, None))

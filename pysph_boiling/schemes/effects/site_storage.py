@@ -7,7 +7,7 @@ import numpy as np
 
 from pysph_boiling.equations import site_storage
 from pysph_boiling.names import SchemeError
-from pysph_boiling.particles import Property, host
+from pysph_boiling.particles import Property, host, positions
 from pysph_boiling.schemes.effects.base import Column, Effect, cumulative, param, sum_over
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import nearest_image
@@ -98,7 +98,7 @@ class SiteStorage(Effect):
             if float(pa.h.min()) * scene.kernel.radius_scale < needed * (1.0 - 1e-9):
                 raise ValueError(f"sites '{name}' are too short of reach to find {self.number(scene)} particles: make "
                                  f"the array with site_array(reach={needed:.4g})")
-            room = int(self.room(scene, np.stack([pa.x, pa.y, pa.z], -1)).min())
+            room = int(self.room(scene, positions(pa)).min())
             if room < self.number(scene):
                 raise ValueError(f"storage.n_emit must be <= {room} where sites are so near to each other, got "
                                  f"{self.number(scene)}")

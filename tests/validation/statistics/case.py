@@ -1,9 +1,8 @@
 """Statistics of a small boil: see README.md beside this file. As a script it writes ``statistics.json`` anew."""
 import json
 import math
-from concurrent.futures import ProcessPoolExecutor
+import os
 from dataclasses import asdict, replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from pysph_boiling.analysis.plots import BLUE, ORANGE
 from pysph_boiling.evaluation.problems.boiling_rate import BoilingRate
 from pysph_boiling.report.pictures import plot
+from pysph_boiling.runs.jobs import Job, run_jobs
 
 STORED = Path(__file__).with_name("statistics.json")
 SMALL = BoilingRate(width=30, fill=16, sites=3, duration=3.0, begin=1.0)
@@ -23,9 +23,8 @@ def measure(seed):
     return {name: facts[name] for name in UNITS}
 
 
-def ensemble(seeds, apply=map):
-    """Quantity -> values over the seeds."""
-    runs = list(apply(measure, seeds))
+def of_quantities(runs):
+    """Quantity -> its values in the runs."""
     return {name: [one[name] for one in runs] for name in UNITS}
 
 
@@ -33,7 +32,7 @@ def run(quick):
     stored = json.loads(STORED.read_text())
     if stored["parameters"] != {name: value for name, value in asdict(SMALL).items() if name != "seed"}:
         raise ValueError(f"{STORED} was made with other parameters: make it anew")
-    return stored, ensemble([11] if quick else [11, 12, 13])
+    return stored, of_quantities([measure(seed) for seed in ([11] if quick else [11, 12, 13])])
 
 
 def rows(outcomes):
@@ -66,8 +65,8 @@ def store():
     from pysph_boiling import __version__
 
     seeds = list(range(1, 9))
-    with ProcessPoolExecutor(4, mp_context=get_context("spawn")) as pool:
-        values = ensemble(seeds, pool.map)
+    runs = run_jobs([Job(name=f"seed {seed}", call=(measure, seed)) for seed in seeds], os.cpu_count() or 1)
+    values = of_quantities([run.result() for run in runs])
     STORED.write_text(json.dumps(dict(
         made_by="python tests/validation/statistics/case.py", version=__version__, problem="BoilingRate",
         parameters={name: value for name, value in asdict(SMALL).items() if name != "seed"}, seeds=seeds,
