@@ -22,7 +22,7 @@ from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 __all__ = [
-    "CYLINDER", "DEPTH", "DX", "LOWER", "N_FLUID", "RHO0", "ROUND_OFF", "UPPER", "WIDTH", "close", "cloud", "column",
+    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "WIDTH", "Kernels", "close", "cloud", "column",
     "compile_kernels", "inside_box", "pairs", "reset", "tank",
 ]
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from compiled.test_density_constraint import Kernels, close, pairs, vectors
-from harness import OPTIONS, random_cloud
+from harness import OPTIONS, random_cloud, vectors
+from motion import Kernels, close, pairs
 from pysph.base.kernels import CubicSpline
 from pysph.base.nnps import DomainManager
 from sets import scheme

@@ -9,8 +9,8 @@ from pysph_boiling.evaluation.reproduce.runs import Run
 from pysph_boiling.report.pictures import band, plot, sheet
 from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
 
-__all__ = ["Sites", "common_end", "counts", "curves", "members", "mean_between", "production", "rank_correlation", "rate_between",
-           "rises", "same_level", "seeds", "vessel_run"]
+__all__ = ["Sites", "common_end", "counts", "curves", "members", "mean_between", "production", "rank_correlation",
+           "rate_between", "rises", "same_level", "seeds", "vessel_run"]
 
 COLOURS = (PURPLE, BLUE, GREEN, ORANGE)
 SOME, MOST = 0.01, 0.5  # share of all particles that is superheated: less is no level, more a pool that just heats up
