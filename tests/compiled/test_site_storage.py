@@ -10,12 +10,7 @@ from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, positions, site_array
 from pysph_boiling.phases import Phase, temperature
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import (
-    HeatConduction,
-    PhaseChange,
-    PresetNucleation,
-    SiteStorage,
-)
+from pysph_boiling.schemes.effects import HeatConduction, PhaseChange, PresetNucleation, SiteStorage
 from pysph_boiling.schemes.modes import effects_in_mode, widen_sites
 
 DX, DT, L = 0.01, 1e-3, WATER.L

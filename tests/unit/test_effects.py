@@ -1,57 +1,31 @@
-"""Effects: a scene has what it calls for and nothing else, its options arrive, its groups suit every backend.
+"""Effects: a scene has what it calls for and nothing else, and what cannot be is refused.
 
 Nothing is compiled: generated sources are compared as text.
 """
-import argparse
 import dataclasses
 import math
 import warnings
-from unittest.mock import Mock
 
-import numpy as np
 import pytest
 import sets
-from pysph.base.nnps import DomainManager, LinkedListNNPS
-from pysph.sph.acceleration_eval import make_acceleration_evals
-from pysph.sph.sph_compiler import SPHCompiler
+from full import CLASSES, DX, FULL, make, sources, subgroups
 
-from pysph_boiling.examples.dam_break import DamBreak
-from pysph_boiling.names import option
-from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
-from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES, box_vessel, fluid_block, site_array
+from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     EFFECTS,
-    AmbientLoss,
     BoxContainer,
-    Convection,
-    CylinderContainer,
     Drag,
-    DynamicNucleation,
-    Expansion,
     HeatConduction,
     Heater,
-    HeatSource,
-    LatentPooling,
     MechanicalLedger,
-    Oscillation,
     PhaseChange,
-    Refill,
     SiteStorage,
     XSPHViscosity,
 )
-from pysph_boiling.schemes.options import add_options, apply_options, option_table
 from pysph_boiling.schemes.pbf import PBFScheme
-from pysph_boiling.schemes.solver import strip_unused_declarations, vector_tag
-from pysph_boiling.schemes.stages import PLACES, STAGES, Term
-
-DX = 0.01
-FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6),
-        "dynamic_nucleation": DynamicNucleation(superheat_limit=50.0), "pooling": LatentPooling(),
-        "convection": Convection(form="gradient"), "expansion": Expansion(), "oscillation": Oscillation(),
-        "refill": Refill()}  # all but storage in sites, whose liquid stores no latent heat of its own
-CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
+from pysph_boiling.schemes.solver import strip_unused_declarations
 
 # What each effect of FULL adds, and nobody else: kernels, properties, constants, columns of the results.
 OWNS = {
@@ -101,28 +75,6 @@ OWNS = {
 LEDGER = {"mass", "mass_in", "mass_out", "mass_residual"}  # columns of every run
 
 
-def make(cls=BoilingScheme, effects=None, dt=1e-3, wide=False, **kwargs):
-    """A scheme, its arrays and its equations, ready to compile; ``wide`` lets sites reach further."""
-    if cls is BoilingScheme:
-        kwargs.setdefault("sites", ["sites"] if "preset_nucleation" in (effects or {}) else [])
-    scheme = cls(["fluid"], ["wall"], dim=2, spacing=DX, **(effects or {}), **kwargs)
-    common = dict(spacing=DX, dim=2, rho0=scheme.rho0)
-    corners = (0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0)
-    arrays = [fluid_block(*corners, **common),
-              box_vessel(*corners, kernel=scheme.kernel, heated_fraction=0.5, **common)]
-    if scheme.sites:
-        arrays.append(site_array([(3 * DX, 0.0, 0.0)], reach=(6.0 if wide else 2.4) * DX, spacing=DX))
-    scheme.setup_properties(arrays)
-    scheme.configure_solver(dt=dt)
-    return scheme, arrays, scheme.get_equations()
-
-
-def sources(scheme, arrays, equations):
-    """The generated source of every stage, without compiling it."""
-    compiler = SPHCompiler(make_acceleration_evals(arrays, equations, scheme.kernel), scheme.solver.integrator)
-    return [compiler._get_code(), *(helper.get_code() for helper in compiler.acceleration_eval_helpers[1:])]
-
-
 def without(slot):
     """FULL without an effect and those that need it; the density constraint is there unless it is ``None``."""
     absent = {slot}
@@ -133,11 +85,6 @@ def without(slot):
         absent |= more
     effects = {name: effect for name, effect in FULL.items() if name not in absent}
     return effects if slot != "density" else {**effects, "density": None}
-
-
-def subgroups(equations):
-    """(parent, sub-group) of all stages."""
-    return [(parent, group) for stage in equations.groups for parent in stage for group in parent.equations]
 
 
 # --- what a scene has -------------------------------------------------------------------------------------------------
@@ -214,11 +161,6 @@ def test_every_slot_is_tested():
     assert set(OWNS) == set(BoilingScheme.slots) - {"storage", "mechanics"} == {"density", *FULL}
 
 
-def test_stage_without_terms_is_not_built():
-    scheme, _, equations = make(effects=sets.SETS["slab"])
-    assert len(equations.groups) == 1 and list(scheme.integrator.stages) == ["heat"]
-
-
 def test_boiling_scheme_without_effects_is_the_pbf_scheme():
     effects = sets.SETS["motion"]
     pbf, boiling = make(PBFScheme, effects, rho0=958.0), make(BoilingScheme, effects)
@@ -287,216 +229,6 @@ def test_value_beyond_its_bound_is_refused(cls, spec, bound):
             cls(**{spec.name: value})
         assert str(error.value).startswith(f"{cls.slot}.{spec.name} must be {what}")
         assert str(error.value).endswith(f"{unit}, got {float(value)}{unit}" if what != "finite" else f"got nan{unit}")
-
-
-# --- the command line -------------------------------------------------------------------------------------------------
-
-def parse(*arguments):
-    parser = argparse.ArgumentParser(exit_on_error=False)
-    add_options(parser, BoilingScheme.slots)
-    return parser.parse_args(list(arguments))
-
-
-def plain(cls):
-    """An effect with its defaults; a heater and a source have none."""
-    return cls(**{Heater: dict(temperature=400.0), HeatSource: dict(density=1e3)}.get(cls, {}))
-
-
-def another(cls, spec):
-    """A valid value of a parameter other than its default, as (text, value)."""
-    if spec.metadata["choices"]:
-        value = next(choice for choice in spec.metadata["choices"] if choice != spec.default)
-        return value, value
-    if isinstance(spec.default, bool):
-        return ("no", False) if spec.default else ("yes", True)
-    if isinstance(spec.default, tuple):
-        value = tuple(v + 0.5 for v in spec.default)
-        return ",".join(map(str, value)), value
-    for value in (4.0, 3, 1.3, 0.3, 300.0):
-        try:
-            plain(cls).replaced(**{spec.name: value})
-        except ValueError:
-            continue
-        if value != spec.default and not (spec.type is int and isinstance(value, float)):
-            return str(value), value
-    raise AssertionError(f"no value found for {cls.slot}.{spec.name}")
-
-
-PARAMETERS = [(cls, spec) for cls in CLASSES for spec in dataclasses.fields(cls)]
-
-
-@pytest.mark.parametrize(("cls", "spec"), PARAMETERS, ids=[f"{c.__name__}.{s.name}" for c, s in PARAMETERS])
-def test_every_parameter_arrives(cls, spec):
-    rows = [row for row in option_table(BoilingScheme.slots) if row[:2] == (cls.slot, spec.name)]
-    assert len(rows) == 1, "one option a parameter"
-    text, value = another(cls, spec)
-    effects = {"phases": FULL["phases"], cls.slot: plain(cls)}
-    result = apply_options(parse(f"{rows[0][2]}={text}"), effects, BoilingScheme.slots)
-    assert type(result[cls.slot]) is cls and getattr(result[cls.slot], spec.name) == value
-    changed = {s.name for s in dataclasses.fields(cls) if getattr(result[cls.slot], s.name) !=
-               getattr(effects[cls.slot], s.name)}
-    assert changed - {spec.name} <= ({"temperature"} if spec.name == "flux" else set())
-    assert all(result[slot] == effects[slot] for slot in effects if slot != cls.slot)
-
-
-def test_table_has_nothing_but_the_parameters():
-    table = {(slot, name) for slot, name, *_ in option_table(BoilingScheme.slots)}
-    assert table == {(cls.slot, spec.name) for cls, spec in PARAMETERS}
-
-
-def test_no_option_changes_nothing():
-    assert apply_options(parse(), FULL, BoilingScheme.slots) == FULL
-
-
-@pytest.mark.parametrize("slot", [slot for slot in FULL if slot not in ("heater", "source")])
-def test_switches(slot):
-    off = apply_options(parse(option(f"no_{slot}")), FULL, BoilingScheme.slots)
-    assert off == {name: effect for name, effect in FULL.items() if name != slot}
-    on = apply_options(parse(option(slot)), off, BoilingScheme.slots)
-    assert on[slot] == EFFECTS[slot][0]()
-
-
-@pytest.mark.parametrize(("arguments", "effects", "message"), [
-    (["--no-drag", "--drag.rate=3"], FULL, "--no-drag and --drag.rate contradict each other"),
-    (["--heater"], {}, "heater: give exactly one"),
-    (["--source"], {}, "source: give its power density"),
-    (["--heater.flux=1", "--heater.temperature=400"], FULL, "heater: give exactly one"),
-    (["--container.radius=1"], FULL, "box container has no parameter radius"),
-    (["--container.radius=1", "--container.upper=1,1,1"], {}, "no form of 'container' takes all of radius, upper"),
-    (["--drag.rate=-1"], FULL, r"drag.rate must be >= 0.0 1/s, got -1.0 1/s"),
-    (["--density.min-sweeps=9"], {"density": EFFECTS["density"][0]()}, "min_sweeps = 9 is above density.max_sweeps"),
-])
-def test_contradictory_options(arguments, effects, message):
-    with pytest.raises(ValueError, match=message):
-        apply_options(parse(*arguments), effects, BoilingScheme.slots)
-
-
-def test_parameter_switches_its_effect_on():
-    result = apply_options(parse("--container.radius=0.2"), {}, BoilingScheme.slots)
-    assert result == {"container": CylinderContainer(radius=0.2)}
-
-
-def test_flux_takes_the_place_of_the_temperature():
-    result = apply_options(parse("--heater.flux=2e4"), FULL, BoilingScheme.slots)
-    assert result["heater"] == Heater(flux=2e4)
-    assert FULL["heater"].replaced(temperature=400.0) == Heater(temperature=400.0)
-
-
-def test_options_of_pysph_reach_the_scheme(tmp_path):
-    """A kernel or a time step of one's own is that of the rest densities, walls and warnings too."""
-    app = DamBreak()
-    app.set_args(["--kernel", "WendlandQuintic", "--timestep", "0.002", "--frame", "0.02", "-d", str(tmp_path)])
-    app._parse_command_line(force=True)
-    app._prepare()
-    assert type(app.scheme.kernel).__name__ == type(app.scheme.solver.kernel).__name__ == "WendlandQuintic"
-    assert (app.scheme.dt, app.scheme.solver.pfreq) == (0.002, 10)
-
-
-# --- groups that compile on every backend -----------------------------------------------------------------------------
-
-@pytest.mark.parametrize("name", sets.SETS)
-def test_groups_suit_every_backend(name):
-    scheme, _, equations = make(effects=sets.SETS[name])
-    parents = [parent for stage in equations.groups for parent in stage]
-    for parent in parents:
-        assert parent.has_subgroups and not parent.update_nnps
-        assert parent.pre is None and parent.post is None and parent.condition is None
-    for parent, group in subgroups(equations):
-        assert not group.has_subgroups and not group.iterate
-        assert not (parent.iterate and group.condition is not None)
-    names = [group.name for group in parents] + [group.name for _, group in subgroups(equations)]
-    assert len(set(names)) == len(names) and not any(name.startswith("Group") for name in names)
-    assert {parent.name for parent in parents if parent.iterate} == \
-           {f"{stage.name}{n}{vector_tag()}" for stage in STAGES for n, block in enumerate(stage.blocks)
-            if block.iterate and stage.name in scheme.integrator.stages}
-
-
-def test_sweeps_are_limited_as_asked():
-    effects = {**sets.SETS["motion"], "density": EFFECTS["density"][0](min_sweeps=3, max_sweeps=5)}
-    (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_move"]
-    assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
-
-
-# --- ghosts -----------------------------------------------------------------------------------------------------------
-
-def refreshed(equations):
-    """Group name -> what its ghosts get once it has run."""
-    return {group.name: hook.names for _, group in subgroups(equations) for hook in group.post or ()
-            if isinstance(hook, GhostRefresh)}
-
-
-def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_read():
-    found = refreshed(make(effects=FULL)[2])
-    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z", "impulse")
-    assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e", "T")
-    assert found["phases_edges"] == ("phase", "T")
-    assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)
-
-
-def test_groups_refresh_what_there_is():
-    """A misspelt name would refresh nothing, in silence."""
-    properties = {row.name for row in BASE_PROPERTIES}
-    for effects in ({"mechanics": MechanicalLedger()},
-                    {"phases": PhaseChange(kinetic="never"), "storage": SiteStorage()}):
-        scene = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **{**FULL, **effects}).scene()
-        properties |= {row.name for effect in scene.effects.values() for row in effect.properties(scene)}
-    named = {name for stage in STAGES for block in stage.blocks for spec in block.groups for name in spec.refresh}
-    assert len(named) > 10 and named <= properties
-
-
-@pytest.mark.parametrize(("method", "given", "message"), [
-    ("terms", lambda: iter([Term("forces.summ", Mock())]),
-     "no place for Mock of effect 'drag': 'forces.summ'; did you mean 'forces.sum'?"),
-    ("terms", lambda: iter([Term("forces", Mock())]), "no place for Mock of effect 'drag': 'forces'"),
-    ("hooks", lambda: {"heat.updat": print}, "no place for a hook of effect 'drag': 'heat.updat'; did you mean"),
-    ("hooks", lambda: {"phases.emit": print}, "effect 'drag' hooks on 'phases.emit', which has no equations here"),
-    ("conditions", lambda: {"bubles": print},
-     "no stage for a condition of effect 'drag': 'bubles'; did you mean 'bubbles'"),
-    ("conditions", lambda: {"dynamic_nucleation": print},
-     "condition for the stage 'dynamic_nucleation', which has no equations here"),
-])
-def test_what_would_never_run_is_refused(monkeypatch, method, given, message):
-    monkeypatch.setattr(Drag, method, lambda *_: given())
-    with pytest.raises(ValueError, match=message):
-        make(effects=sets.BOIL)
-
-
-def test_places_are_those_of_the_stages():
-    assert len(PLACES) == sum(len(block.groups) for stage in STAGES for block in stage.blocks)
-    assert PLACES["forces.sum"] == "forces" and PLACES["bubbles.label"] == "bubbles"
-
-
-def test_refresh_returns_at_once_without_ghosts(monkeypatch):
-    scheme, arrays, equations = make(effects=FULL)
-    monkeypatch.setattr(Ghosts, "refresh", lambda *_: pytest.fail("refreshed without ghosts"))
-    scheme.ghosts.arrays = arrays[:1]
-    scheme.ghosts.search_done()
-    hooks = [hook for _, group in subgroups(equations) for hook in group.post or () if isinstance(hook, GhostRefresh)]
-    assert hooks and all(hook.ghosts is scheme.ghosts for hook in hooks)
-    for hook in hooks:
-        hook()
-
-
-def test_refresh_copies_to_the_images_and_keeps_their_shift():
-    fluid = fluid_block((0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0), spacing=DX, dim=2, rho0=1000.0)
-    n = fluid.get_number_of_particles()
-    domain = DomainManager(xmin=0.0, xmax=6 * DX, ymin=0.0, ymax=6 * DX, periodic_in_x=True, periodic_in_y=True)
-    nnps = LinkedListNNPS(dim=2, particles=[fluid], radius_scale=2.0, domain=domain)
-    nnps.update()
-    ghosts = Ghosts()
-    ghosts.arrays = [fluid]
-    ghosts.search_done()
-    assert fluid.get_number_of_particles() > 2 * n
-    values = {name: fluid.get(name, only_real_particles=False) for name in ("x", "y", "u", "v", "uid")}
-    uid = values["uid"]
-    before = values["x"].copy()
-    values["x"][:n] += 0.001 * np.arange(n)
-    values["u"][:n] = np.arange(n)
-    values["v"][:n] = np.arange(n)
-    GhostRefresh(ghosts, ("x", "y", "z", "u"))()
-    np.testing.assert_array_equal(values["u"][n:], uid[n:])
-    np.testing.assert_allclose(values["x"][n:] - before[n:], 0.001 * uid[n:], atol=1e-15)
-    assert not np.any(values["v"][n:]), "only what was named"
 
 
 # --- warnings ---------------------------------------------------------------------------------------------------------
