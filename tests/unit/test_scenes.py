@@ -1,4 +1,5 @@
 """What a scene says of itself is what was built, without each effect too; kelvin are told from Celsius."""
+import dataclasses
 import math
 
 import numpy as np
@@ -87,6 +88,41 @@ def test_record_tells_which_parameters_an_option_has_replaced(name, options, par
     rows = built(name, *options).recorded_parameters()
     assert rows[parameter]["replaced_by"] == by
     assert not any("replaced_by" in row for row in built(name).recorded_parameters().values())
+
+
+START_TOO = {"subcooling": "venting.T_feed", "seed": "dynamic_nucleation.seed"}  # of the start as well as of the effect
+
+
+def resolved(name, *options):
+    """A scene with some options: the parameters of its effects, "slot.name" -> value, and the application."""
+    application = scene_class(name)()
+    application.resolve([*SMALL[name], *options])
+    return {f"{slot}.{spec.name}": getattr(effect, spec.name) for slot, effect in application.scheme.effects.items()
+            for spec in dataclasses.fields(effect)}, application
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_parameter_of_a_scene_sets_the_effects_own_whose_option_wins(name):
+    plain, application = resolved(name)
+    for spec in dataclasses.fields(application.parameters):
+        value = getattr(application.parameters, spec.name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or value == 0:
+            continue
+        other = value + 1 if isinstance(value, int) else 1.01 * value
+        asked = f"{option(spec.name)}={other}"
+        try:
+            changed, _ = resolved(name, asked)
+        except SystemExit:  # an option that the small form of this scene does not have
+            continue
+        own = {one for one in changed if changed[one] != plain[one] and not isinstance(changed[one], tuple)}
+        assert own <= {spec.metadata["sets"] or START_TOO.get(spec.name)}, f"{spec.name} sets {own}, undeclared"
+        assert own or not spec.metadata["sets"]
+        for one in own:
+            wanted = changed[one] + (1 if isinstance(changed[one], int) else 0.01 * changed[one])
+            both, built_so = resolved(name, asked, f"{option(one)}={wanted}")
+            assert both[one] == pytest.approx(wanted), one
+            row = built_so.recorded_parameters()[spec.name]
+            assert row.get("replaced_by") == (None if spec.name in START_TOO else option(one.split(".")[0]))
 
 
 @pytest.mark.parametrize(("name", "options", "said"), [
