@@ -144,6 +144,14 @@ def test_quick_form_leaves_the_documentation_alone(checkout):
     assert "quick form" in (root / "validate" / "validation.md").read_text()
 
 
+def test_report_of_another_name_has_its_pictures_and_records_beside_it(checkout):
+    root = checkout()
+    validate.validate(["--report", "out/mine.md"])
+    assert "(images/mine_made_up.png)" in (root / "out" / "mine.md").read_text(encoding="utf-8")
+    assert (root / "out" / "images" / "mine_made_up.png").exists() and not (root / "docs").exists()
+    assert list(json.loads((root / "out" / "mine.json").read_text())) == ["made_up"]
+
+
 @pytest.mark.parametrize("value", ["-2.0", "float('nan')"])
 def test_row_that_fails_unexpectedly_ends_the_command(checkout, value):
     root = checkout(value)
