@@ -27,7 +27,7 @@ from pysph_boiling.report import markdown
 from pysph_boiling.report.options import add_renamed, add_report_options
 from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.application import processor
-from pysph_boiling.runs.jobs import Job, check_count, run_jobs
+from pysph_boiling.runs.jobs import Job, check_count, results, run_jobs
 from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
@@ -233,8 +233,8 @@ def validate(arguments):
     The full form writes ``docs/validation.md``; cases that are not asked for keep what the JSON file beside it has of
     them. The quick form writes a page of its own.
 
-    Errors: ``ValueError`` for an unknown case or outside a checkout, ``CheckFailed`` where a row fails that is not
-    known to fail.
+    Errors: ``ValueError`` for an unknown case or outside a checkout, ``ChildProcessError`` where a case could not be
+    run, once all others were, ``CheckFailed`` where a row fails that is not known to fail.
     """
     from rich.console import Console
     from rich.markup import escape
@@ -266,15 +266,20 @@ def validate(arguments):
     records = {} if options.quick else stored(path.with_suffix(".json"))
 
     def ended(outcome):
-        own, seconds = outcome.result()
         name = outcome.job.name
+        if outcome.failure:
+            console.print(f"{name}: {outcome.failure}", markup=False)
+            return
+        own, seconds = outcome.value
         records[name] = dict(origin=origin(), seconds=round(seconds, 1), rows=own)
         write_json(path.with_suffix(".json"), {case: {**one, "rows": [asdict(row) for row in one["rows"]]}
                                                for case, one in sorted(records.items())})
         console.print(f"{name}: {seconds:.0f} s of processor time", highlight=False)
 
-    run_jobs([Job(name=name, call=(timed, known[name], options.quick, images / picture(path, name)))
-              for name in names], options.jobs, ended=ended)
+    outcomes = run_jobs([
+        Job(name=name, call=(timed, known[name], options.quick, images / picture(path, name)))
+        for name in names], options.jobs, ended=ended)
+    names = [outcome.job.name for outcome in outcomes if not outcome.failure]
     markdown.write(path, *page(records, path, quick=options.quick))
 
     rows = [row for name in names for row in records[name]["rows"]]
@@ -291,6 +296,7 @@ def validate(arguments):
         write_json(options.json, dict(quick=options.quick, seconds={name: records[name]["seconds"] for name in names},
                                       rows=[dict(case=row.case, value=row.value, found=row.found, holds=row.holds,
                                                  command=row.command, **asdict(row.bounds)) for row in rows]))
+    results(outcomes)
     broken = [row for row in rows if not row.holds and not row.bounds.excuse]
     if broken:
         raise CheckFailed("; ".join(f"{row.case}: {row.bounds.what}: {row.found}" for row in broken))

@@ -4,8 +4,7 @@ A job is a command line or a call of a Python function. :func:`run_jobs` starts 
 :class:`Outcome` of each, which says in one way what went wrong: an exit status, a signal, an exception, the limit of
 time or that of memory. Whatever ends :func:`run_jobs` early, Ctrl-C too, ends the processes that still run.
 
-    outcomes = run_jobs([Job("a", call=(measure, 3)), Job("b", call=(measure, 4))], at_once=2)
-    print([outcome.result() for outcome in outcomes])
+    print(results(run_jobs([Job(name="a", call=(measure, 3)), Job(name="b", call=(measure, 4))], at_once=2)))
 """
 import multiprocessing
 import os
@@ -21,7 +20,7 @@ from pathlib import Path
 
 from pysph_boiling.threads import end_on_interrupt
 
-__all__ = ["Job", "Outcome", "check_count", "run_job", "run_jobs"]
+__all__ = ["Job", "Outcome", "check_count", "results", "run_job", "run_jobs"]
 
 INTERVAL = 0.05  # [s] between two looks at the processes
 PATIENCE = 60.0  # [s] that a process has to end when it is asked to, before it is killed
@@ -99,6 +98,14 @@ class Outcome:
         """The end of the job's log; empty where there is none."""
         path = Path(self.job.log or os.devnull)
         return path.read_text(encoding="utf-8", errors="replace")[-TAIL:] if path.is_file() else ""
+
+
+def results(outcomes):
+    """The values of jobs. Raises ``ChildProcessError`` with a line for each that failed."""
+    failed = [f"{outcome.job.name}: {outcome.failure}" for outcome in outcomes if outcome.failure]
+    if failed:
+        raise ChildProcessError("\n".join(failed))
+    return [outcome.value for outcome in outcomes]
 
 
 def run_job(job):

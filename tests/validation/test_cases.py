@@ -144,6 +144,16 @@ def test_quick_form_leaves_the_documentation_alone(checkout):
     assert "quick form" in (root / "validate" / "validation.md").read_text()
 
 
+def test_case_that_cannot_be_run_is_told_once_the_others_are_done(checkout):
+    root = checkout()
+    folder = root / "tests" / "validation"
+    shutil.copytree(folder / "made_up", folder / "a_broken_one")
+    (folder / "a_broken_one" / "case.py").write_text(CASE.replace("return quick", "raise ValueError('no such thing')"))
+    with pytest.raises(ChildProcessError, match="^a_broken_one: ValueError: no such thing$"):
+        validate.validate([])
+    assert "3 rows, 1 of which" in (root / "docs" / "validation.md").read_text(encoding="utf-8")
+
+
 def test_report_of_another_name_has_its_pictures_and_records_beside_it(checkout):
     root = checkout()
     validate.validate(["--report", "out/mine.md"])

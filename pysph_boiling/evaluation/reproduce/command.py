@@ -11,20 +11,20 @@ from pysph_boiling.report.markdown_page import take_up, write_report
 from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import origin, write_page
 from pysph_boiling.report.sections import Section
-from pysph_boiling.runs.jobs import Job, check_count, run_jobs
+from pysph_boiling.runs.jobs import Job, check_count, results, run_jobs
 from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["reproduce"]
 
 
-def make(figure, results, root, quick):
-    """Draw and measure one figure into its folder; returns a line that sums it up."""
+def make(figure, finished, root, quick):
+    """Draw and measure one figure, from the finished runs, into its folder; returns a line that sums it up."""
     folder = root / figure.key
     folder.mkdir(exist_ok=True)
     own = figure.runs(quick)
-    section = figure.make({run.name: results[run.name] for run in own}, folder, quick)
+    section = figure.make({run.name: finished[run.name] for run in own}, folder, quick)
     section.commands = [run.command for run in own]
-    section.origins = [origin(results[run.name].record) for run in own]
+    section.origins = [origin(finished[run.name].record) for run in own]
     section.save(folder)
     verdicts = [statement.agrees for statement in section.statements]
     return f"{figure.key}: {section.title}: {verdicts.count(True)} of {len(verdicts)} statements agree"
@@ -67,11 +67,12 @@ def reproduce(arguments):
     root.mkdir(parents=True, exist_ok=True)
     if options.report:
         take_up(options.report, root)
-    results = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
+    finished = perform(runs, root / "runs", jobs=options.jobs, report=console.print)
     for reads_others in (False, True):  # those that read others come last
-        run_jobs([Job(name=key, call=(make, figure, results, root, options.quick)) for key, figure in asked.items()
-                  if figure.reads_others == reads_others],
-                 options.jobs, ended=lambda outcome: console.print(outcome.result()))
+        results(run_jobs(
+            [Job(name=key, call=(make, figure, finished, root, options.quick)) for key, figure in asked.items()
+             if figure.reads_others == reads_others], options.jobs,
+            ended=lambda outcome: console.print(outcome.value or f"{outcome.job.name}: {outcome.failure}")))
     sections = [Section.load(root / key) for key in known if (root / key / "section.json").exists()]
     page = write_page(sections, root, wording=PAPER, quick=options.quick)
     if options.report:
