@@ -225,10 +225,10 @@ class Child:
     def outcome(self):
         value, failure = self.answer or (None, "")
         return Outcome(self.job, self.status, time.monotonic() - self.begin,
-                       self.failure or failure or told(self.status), value)
+                       self.failure or failure or describe_status(self.status), value)
 
 
-def told(status):
+def describe_status(status):
     """What an exit status says, empty for none."""
     if status < 0:
         return f"the process was ended by {signal.Signals(-status).name}"

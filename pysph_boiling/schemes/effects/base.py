@@ -27,7 +27,7 @@ EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in w
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SchemeContext:
-    """What an effect may know about the scene it belongs to. Lengths in m, times in s, masses in kg."""
+    """What an effect may know about the scheme that it belongs to. Lengths in m, times in s, masses in kg."""
 
     fluids: tuple[str, ...]
     solids: tuple[str, ...]
