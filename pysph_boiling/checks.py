@@ -1,17 +1,17 @@
-"""Checks of what a run has shown. They are exceptions of our own, which ``python -O`` does not switch off."""
+"""Final checks of a run. They raise exceptions of their own, because ``python -O`` switches ``assert`` off."""
 
 __all__ = ["CheckFailed", "NotChecked", "require"]
 
 
 class CheckFailed(AssertionError):
-    """A run is complete, but what it must show is not there; the message gives the figure that fails.
+    """A run is complete, but its result is not what the scene must show; the message gives the value that fails.
 
-    It is raised after the results, the closing lines and the pictures, so that who catches it has all of them.
+    It is raised after the results, the closing lines and the pictures are written, so that nothing is lost.
     """
 
 
 class NotChecked(Exception):
-    """A check is not made, and why: the run is too short for it, or leaves out what the check is about."""
+    """A check could not be made; the message says why: the run was too short, or lacked the effect to be checked."""
 
 
 def require(holds, message):

@@ -17,9 +17,9 @@ __all__ = ["main"]
 
 
 def openmp_arguments(arguments, ranks=1):
-    """``--openmp`` on Linux, unless a backend was chosen, there is one core only, or several ranks share the cores.
+    """``--openmp`` on Linux, unless a backend was chosen, there is only one core, or several ranks share the cores.
 
-    Elsewhere the compiler may not support it; there it is one's own choice.
+    On other systems the compiler may not support OpenMP, so the user has to ask for it.
     """
     chosen = {"--openmp", "--no-openmp", "--opencl", "--cuda"} & set(arguments)
     useful = sys.platform.startswith("linux") and (os.cpu_count() or 1) > 1 and ranks == 1
@@ -27,11 +27,11 @@ def openmp_arguments(arguments, ranks=1):
 
 
 def list_scenes(arguments):
-    """Print every scene with the first paragraph of its module."""
+    """Print the name of every scene and the first paragraph of its module's docstring."""
     from rich.console import Console
     from rich.table import Table
 
-    argparse.ArgumentParser(prog="pysph-boiling list", description="The scenes.").parse_args(arguments)
+    argparse.ArgumentParser(prog="pysph-boiling list", description="List the scenes.").parse_args(arguments)
     table = Table("scene", "what it shows")
     for name in scenes():
         module = importlib.import_module(f"pysph_boiling.examples.{name}")
@@ -40,7 +40,7 @@ def list_scenes(arguments):
 
 
 def render(arguments):
-    """Draw the pictures of a finished run again, make a movie of them, or write files for ParaView."""
+    """Draw the pictures of a finished run again, make a movie of them, or write VTK files for ParaView."""
     from rich.progress import track
 
     from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
@@ -51,12 +51,13 @@ def render(arguments):
     parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density; "
                         "in the surface view: bubble")
     parser.add_argument("--view", default=None, choices=("slice", "3d", "surface"),
-                        help="surface: rendered water, 3-D only, needs the extra 'view'. Default slice")
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="take every N-th output")
+                        help="slice (default), 3d, or surface: the water rendered with its surface, which is for 3-D "
+                             "only and needs pip install 'pysph_boiling[view]'")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="draw every N-th output only")
     made = parser.add_mutually_exclusive_group()
-    made.add_argument("--movie", default=None, choices=("gif", "mp4"), help="make a movie of the pictures too")
+    made.add_argument("--movie", default=None, choices=("gif", "mp4"), help="also make a movie of the pictures")
     made.add_argument("--paraview", action="store_true", help="write VTK files for ParaView instead of pictures")
-    parser.add_argument("--fps", type=float, default=15.0, help="pictures a second of the movie; default 15")
+    parser.add_argument("--fps", type=float, default=15.0, help="frames per second of the movie; default 15")
     options = parser.parse_args(arguments)
     if options.every < 1:
         raise ValueError(f"--every must be 1 or more, got {options.every}")
@@ -73,7 +74,7 @@ def render(arguments):
                         track=partial(track, description="drawing"))
     Manifest(folder).claim("frames.png", *([f"movie.{options.movie}"] if options.movie else []))
     contact_sheet(frames, os.path.join(folder, "frames.png"))
-    print(f"{len(frames)} pictures in {os.path.join(folder, 'frames')}, and frames.png")
+    print(f"wrote {len(frames)} pictures to {os.path.join(folder, 'frames')}, and an overview to frames.png")
     if options.movie:
         from pysph_boiling.analysis.movie import write_movie
 
@@ -81,7 +82,7 @@ def render(arguments):
 
 
 def run(arguments):
-    """Run one scene; every further argument is the scene's own."""
+    """Run one scene; all further arguments are options of the scene."""
     if not arguments or arguments[0].startswith("-"):
         raise ValueError(f"which scene? One of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
@@ -90,8 +91,8 @@ def run(arguments):
 
     app = scene_class(name)()
     if app.num_procs > 1 and not isinstance(app, SceneApplication):
-        raise ValueError(f"{name} is a scheme of PySPH's in a periodic domain, which has no ghosts on ranks: run "
-                         "it on one")
+        raise ValueError(f"{name} uses a scheme of PySPH in a periodic domain, which PySPH does not support on "
+                         "several MPI ranks: run it on one rank")
     app.arg_parse.prog = f"pysph-boiling run {name}"
     with checked():
         app.run(openmp_arguments(rest, app.num_procs) + rest)
@@ -105,21 +106,21 @@ def reproduce(arguments):
 
 
 def accuracy(arguments):
-    """What accuracy costs in time."""
+    """Measure how much computing time a given accuracy takes."""
     from pysph_boiling.evaluation.accuracy.command import accuracy as command
 
     command(arguments)
 
 
 def validate(arguments):
-    """Compare the model with formulas, experiments and its own stored statistics."""
+    """Compare the model with formulas, with experiments, and with statistics stored by an earlier version."""
     from pysph_boiling.evaluation.validate import validate as command
 
     command(arguments)
 
 
 def stress(arguments):
-    """Run hard cases and judge whether they stay stable."""
+    """Run difficult cases and judge whether they stay stable."""
     from pysph_boiling.evaluation.stress.command import stress as command
 
     command(arguments)
@@ -127,14 +128,14 @@ def stress(arguments):
 
 USAGE = """usage: pysph-boiling COMMAND [options]
 
-  list                 the scenes
+  list                 list the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
-  render DIR           draw the pictures of a run again
-  reproduce [FIGURE]   the paper's figures and tables, all or those named (--quick: small scenes)
-  accuracy [STUDY]     what accuracy costs in time on this machine (--quick: small scenes)
-  validate [CASE]      the model against formulas, experiments and stored statistics (--quick: coarse)
-  stress [CASE]        hard cases, and whether they stay stable (--quick: short forms)
-  --version
+  render DIR           draw the pictures of a run again, make a movie, or export to ParaView
+  reproduce [FIGURE]   reproduce the paper's figures and tables, all or those named (--quick: small scenes)
+  accuracy [STUDY]     measure what accuracy costs in computing time on this machine (--quick: small scenes)
+  validate [CASE]      compare the model with formulas, experiments and stored statistics (--quick: coarse)
+  stress [CASE]        run difficult cases and judge whether they stay stable (--quick: shorter runs)
+  --version            print the version
 """
 
 
@@ -164,16 +165,16 @@ def main(argv=None):
 
         if ranks.rank() == 0:
             print(f"pysph-boiling: {error if error.args else 'interrupted'}", file=sys.stderr, flush=True)
-        return 130  # as a shell has it: 128 + SIGINT
+        return 130  # the shell's convention: 128 + SIGINT
     except Exception as error:
         return report(error)
     return 0
 
 
 def report(error):
-    """Say what went wrong and return the exit status; raise it again where it is a fault of ours.
+    """Print what went wrong and return the exit status; raise the error again if it is a bug in this package.
 
-    On several ranks the others may know nothing of it, and would wait for this one for ever: all are ended.
+    On several ranks the others may not know of the error and would wait for this one forever, so all are ended.
     """
     from pysph_boiling.parallel import ranks
 
@@ -181,7 +182,7 @@ def report(error):
     if message is None and ranks.size() == 1:
         raise error
     if ranks.rank() > 0:
-        time.sleep(1.0)  # what all ranks found, the first one has said by then, and ended them
+        time.sleep(1.0)  # if all ranks found the error, the first one reports it and ends them in this time
     text = f"pysph-boiling: {message}" if message else "".join(traceback.format_exception(error))
     print(text if ranks.size() == 1 else f"rank {ranks.rank()}: {text}", file=sys.stderr, flush=True)
     if ranks.size() > 1:
@@ -190,13 +191,13 @@ def report(error):
 
 
 def explain(error):
-    """(message, exit status) of an error that a user can do something about; the message is ``None`` for others."""
+    """(message, exit status) of an error that the user can act on; the message is ``None`` for all others."""
     if isinstance(error, ModuleNotFoundError):
         if error.name in ("pyopencl", "pycuda"):
             return f"this backend needs the package '{error.name}', which is not installed", 2
         if error.name == "pysph.parallel.parallel_manager":
-            return ("mpi4py and pyzoltan are installed, but PySPH's parallel manager is not built, without which it "
-                    "does not start: run 'python tools/build_parallel_manager.py', or 'make setup-mpi'"), 2
+            return ("mpi4py and pyzoltan are installed, but PySPH's parallel manager is not built, and PySPH does not "
+                    "start without it: run 'python tools/build_parallel_manager.py', or 'make setup-mpi'"), 2
         return (str(error), 2) if "pip install" in str(error) else (None, 1)
     if isinstance(error, (ValueError, OSError)):
         from pysph_boiling.schemes.effects import EFFECTS
@@ -205,7 +206,7 @@ def explain(error):
     if isinstance(error, FloatingPointError):
         return str(error), 1
     if isinstance(error, ArithmeticError):
-        return f"these parameters lead to numbers beyond all range ({error})", 2
+        return f"these parameters lead to numbers too large to represent ({error})", 2
     if isinstance(error, CheckFailed):
         return f"the final check failed: {error}", 1
     return None, 1

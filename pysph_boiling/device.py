@@ -1,11 +1,11 @@
-"""Reads of particle arrays that live on the host or on a device, by one path: reductions, and subsets.
+"""Access to particle arrays on the host or on a device through one interface: reductions and subsets.
 
-What steers a step (conditions, limits) needs a few numbers, and what is decided bubble by bubble needs the vapour. On a
-device the numbers are reduced and the subset is compressed where the particles are, so that a step never fetches a
-whole property. On the host the same calls are NumPy's. ``docs/backends.md`` lists what is fetched, and how much.
+The conditions and limits of a step need only a few numbers, and decisions about bubbles need only the vapour. On a
+device the numbers are reduced and the subset is compressed on the device, so a step never fetches a whole property. On
+the host the same calls use NumPy. ``docs/backends.md`` lists what is fetched, and how much.
 
-The host is the master of constants and the device of properties: constants are pushed when they are set, and all that
-the host holds is pushed when the solver is set up.
+The host owns the constants and the device owns the properties: constants are pushed to the device when they are set,
+and everything on the host is pushed once, when the solver is set up.
 """
 import copy
 import functools
@@ -22,9 +22,9 @@ __all__ = [
 
 
 def values(pa, name):
-    """A property of the real particles where they live, (n,): NumPy's array, or the device's. Nothing is copied.
+    """A property of the real particles, (n,), as a NumPy array or a device array, wherever it is. Nothing is copied.
 
-    Both know arithmetic, comparisons and ``abs``; reduce them by the functions of this module.
+    Both kinds support arithmetic, comparisons and ``abs``; use the functions of this module to reduce them.
     """
     if pa.gpu is None:
         return pa.get(name, only_real_particles=True)
@@ -32,12 +32,12 @@ def values(pa, name):
 
 
 def real(pa):
-    """Number of particles that are no ghosts; PySPH's own count tells them apart on the host alone."""
+    """Number of particles without ghosts; PySPH's own count excludes ghosts only on the host."""
     return pa.get_number_of_particles(True) if pa.gpu is None else pa.gpu.num_real_particles
 
 
 def _library(array):
-    """The module an array comes from, which has ``max`` and ``sum`` of it: numpy, pyopencl.array, pycuda.gpuarray."""
+    """The module with ``max`` and ``sum`` for an array: numpy, pyopencl.array or pycuda.gpuarray."""
     return sys.modules[type(array).__module__]
 
 
@@ -46,7 +46,7 @@ def _number(value):
 
 
 def _chosen(array, where, other):
-    """What counts of an array in a reduction to which ``other`` adds nothing."""
+    """The entries for a reduction: those chosen, or on a device all of them, with ``other`` for those not chosen."""
     if where is None:
         return array
     if isinstance(array, np.ndarray):
@@ -55,32 +55,32 @@ def _chosen(array, where, other):
 
 
 def largest(array, where=None, default=0.0):
-    """Largest entry, of those chosen by the mask ``where`` (n,) if given; ``default`` if it is larger or none is."""
+    """Largest entry, or ``default`` if that is larger; only entries in the mask ``where`` (n,) count, if given."""
     array = _chosen(array, where, default)
     found = _number(_library(array).max(array)) if len(array) else default
-    return default if found < default else found  # NaN is told, as far as the device tells it
+    return default if found < default else found  # NaN is returned, if the device's reduction returns it
 
 
 def smallest(array):
-    """Smallest entry, of one at least; NaN as :func:`largest` tells it."""
+    """Smallest entry of a non-empty array; NaN is treated as in :func:`largest`."""
     return _number(_library(array).min(array))
 
 
 def largest_size(array):
-    """Largest absolute value, 0 of no entries; NaN as :func:`largest` tells it."""
+    """Largest absolute value, 0 for an empty array; NaN is treated as in :func:`largest`."""
     if not isinstance(array, np.ndarray):
         return largest(abs(array))
     return max(float(np.max(array)), -float(np.min(array))) if len(array) else 0.0
 
 
 def summed(array, where=None):
-    """Sum of the entries, of those chosen by the mask ``where`` (n,) if given; NaN if one of them is."""
+    """Sum of the entries, only those in the mask ``where`` (n,) if given; NaN if one of them is NaN."""
     array = _chosen(array, where, 0)
     return _number(_library(array).sum(array)) if len(array) else 0.0
 
 
 def positive(array):
-    """Positive part of the entries."""
+    """The entries, with negative ones set to 0."""
     return 0.5 * (array + abs(array))
 
 
@@ -90,10 +90,10 @@ def counted(mask):
 
 
 class Subset:
-    """Some of the real particles of one array; no more of it than is asked for comes to the host.
+    """Some of the real particles of one array; only the values that are asked for are fetched to the host.
 
-    ``chosen`` is a mask (n,) made of :func:`values`. The order is that of the array. A subset is good until particles
-    are added, removed or reordered.
+    ``chosen`` is a mask (n,) computed from :func:`values`. The order is that of the array. A subset is valid until
+    particles are added, removed or reordered.
     """
 
     def __init__(self, pa, chosen):
@@ -105,7 +105,7 @@ class Subset:
         return self.n
 
     def get(self, name):
-        """A property on the host, (n,): a copy; in double precision if it is no integer."""
+        """A copy of a property on the host, (n,); in double precision unless it is an integer."""
         if self.pa.gpu is None:
             return self.pa.get(name, only_real_particles=True)[self.who]
         whole = self.pa.gpu.get_device_array(name)
@@ -117,7 +117,7 @@ class Subset:
         return part.astype(float) if part.dtype.kind == "f" else part
 
     def put(self, name, new):
-        """Write a property: a number, or (n,)."""
+        """Set a property to a number, or to an array (n,)."""
         if self.pa.gpu is None:
             self.pa.get(name, only_real_particles=False)[self.who] = new
         elif self.n:
@@ -127,7 +127,7 @@ class Subset:
             _kernel("put", whole.backend, whole.dtype)(self.who, part, whole)
 
     def only(self, chosen):
-        """The part of these particles that a mask (n,) of the host chooses."""
+        """The subset of these particles that a mask (n,) on the host selects."""
         part = copy.copy(self)
         part.who, part.n = np.flatnonzero(chosen), int(np.count_nonzero(chosen))
         if self.pa.gpu is None:
@@ -137,7 +137,7 @@ class Subset:
         return part
 
     def remove(self):
-        """Take these particles out of the array."""
+        """Remove these particles from the array."""
         if self.n:
             self.pa.remove_particles(self.who if self.pa.gpu is None else self.who.get())
 
@@ -149,7 +149,7 @@ def _array_module():
 
 
 def _compressed(mask, backend):
-    """Indices of the true entries of a mask of the device, in order; they stay there."""
+    """Indices of the true entries of a device mask, in order; the result stays on the device."""
     array = _array_module()
     mask = array.wrap_array(mask.astype(np.int32), backend)
     n = len(mask)
@@ -160,7 +160,7 @@ def _compressed(mask, backend):
 
 @functools.cache
 def _scan(backend):
-    """Prefix sum that writes the place of each true entry, and their number."""
+    """Prefix sum that writes the index of each true entry, and the number of true entries."""
     from compyle.api import annotate
     from compyle.parallel import Scan
 
@@ -196,7 +196,7 @@ def _kernel(name, backend, dtype):
 
 
 def detached(particles):
-    """Take arrays from the device, so that they are the host's: pairs (array, device) for :class:`Mirrored`."""
+    """Detach arrays from the device, so that the host owns them: pairs (array, device) for :class:`Mirrored`."""
     pairs = [(pa, pa.gpu) for pa in particles]
     for pa, _ in pairs:
         pa.set_device_helper(None)
@@ -204,7 +204,7 @@ def detached(particles):
 
 
 class Copies:
-    """Particles at the end of an array, from ``first`` on, that are copies: ``original`` (n,) says of which."""
+    """Particles at the end of an array, from ``first`` on, that are copies of the particles ``original`` (n,)."""
 
     def __init__(self, pa, first, original):
         self.pa, self.first, self.original = pa, first, original
@@ -212,7 +212,7 @@ class Copies:
             self.original = _array_module().to_device(original.astype(np.int32), backend=pa.gpu.backend)
 
     def refresh(self, name, shift=0.0):
-        """Copy a property from the originals, and add ``shift`` (n,)."""
+        """Copy a property from the originals and add ``shift``, a number or (n,)."""
         if self.pa.gpu is None:
             whole = self.pa.get_carray(name).get_npy_array()
             whole[self.first:] = whole[self.original] + shift if np.any(shift) else whole[self.original]
@@ -227,8 +227,10 @@ class Copies:
 
 
 class Mirrored:
-    """An object that works on a device, for arrays that are the host's: each call of a method gives the device all that
-    the host holds, and fetches the properties when it is done. For work by hand; a run has no need of it.
+    """An object that computes on a device with arrays that the host owns.
+
+    Each method call first sends everything to the device and fetches the properties afterwards. This is for stepping
+    by hand; a run does not need it.
     """
 
     def __init__(self, target, pairs):
@@ -258,9 +260,9 @@ class Mirrored:
 # --- what PySPH's device support lacks --------------------------------------------------------------------------------
 
 def send(particles):
-    """Give the device all that the host holds, once, when nothing more is edited there.
+    """Send everything on the host to the device; call it once, after the last edit on the host.
 
-    PySPH makes the device's copy when an array is made, and later edits on the host do not reach it.
+    PySPH copies an array to the device when the array is made; later edits on the host do not reach that copy.
     """
     for pa in particles:
         if pa.gpu is not None:
@@ -269,9 +271,9 @@ def send(particles):
 
 @contextmanager
 def on_host(particles):
-    """Inside this block the arrays are the host's, with all that the device holds.
+    """Inside this block the host owns the arrays, with the present values of the device.
 
-    PySPH's writer would fetch constants too, which the device does not change: its copies are older, or rounded.
+    PySPH's writer would fetch the constants too. The device never changes them, and its copies are older or rounded.
     """
     for pa in particles:
         if pa.gpu is not None:
@@ -285,7 +287,7 @@ def on_host(particles):
 
 
 def neighbour_search(particles, **options):
-    """The neighbour search for the backend in use: ours on the host, PySPH's on a device; lists are kept."""
+    """The neighbour search for the present backend, with cached lists: ours on the host, PySPH's on a device."""
     if get_backend() == "cython":
         from pysph_boiling.search import sorted_cell_nnps
 
@@ -296,10 +298,10 @@ def neighbour_search(particles, **options):
 
 
 def order(nnps, arrays):
-    """Sort the particles of ``arrays`` along the cells of the neighbour search, for memory; returns after a new search.
+    """Sort the particles of ``arrays`` in memory by the cells of the neighbour search, then search again.
 
-    PySPH sorts every array, each time, by indices of the last search: after particles were removed, these are those of
-    another array. And its searches sort ghosts in among the others; ours keeps them behind.
+    PySPH sorts by the indices of its last search, which no longer fit after particles were removed. Its searches also
+    mix ghosts with the other particles; ours keeps ghosts behind them.
     """
     if nnps.domain.manager.is_periodic and not getattr(nnps, "ghosts_stay_behind", False):
         return

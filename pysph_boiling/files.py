@@ -1,7 +1,6 @@
-"""The files of a run: which of a folder are ours, and reading a particle file without trusting it.
+"""The files of a run: which files in a folder this package wrote, and how to read a particle file safely.
 
-PySPH writes HDF5. Its loader would also unpickle what an ``.npz`` file holds, which can run anything: such files are
-not read here.
+PySPH writes HDF5. Its loader also unpickles ``.npz`` files, which can execute any code, so they are not read here.
 """
 import json
 import os
@@ -12,12 +11,13 @@ from pathlib import Path
 __all__ = ["Manifest", "last_output", "output_files", "read_output", "whole"]
 
 PARTICLES = re.compile(r"(.+)_(\d+)\.hdf5")  # name of a particle file of PySPH: that of the run, and the step
+# The first line of a list, by which it is recognised: lists of earlier versions begin with it too.
 FIRST_LINE = "# What pysph_boiling wrote in this folder. Nothing else here is ever replaced or removed.\n"
 
 
 @contextmanager
 def whole(path):
-    """A path to write to in a block of ``with``; it becomes ``path`` at its end, so that no reader sees half a file."""
+    """A temporary path to write to inside ``with``, renamed to ``path`` at the end, so no reader sees half a file."""
     path = Path(path)
     part = path.with_name(f".{path.name}.part")
     try:
@@ -28,10 +28,10 @@ def whole(path):
 
 
 class Manifest:
-    """Which files of a folder are ours: the file ``MANIFEST`` in it lists them, one a line.
+    """The list of files that this package wrote in a folder: the file ``MANIFEST``, one name per line.
 
-    A file is listed before it is written. What is not listed is the user's. A folder without the list, in which an
-    earlier version of ours has left its ``run.json``, is taken for what that version wrote.
+    A file is listed before it is written. All files that are not listed belong to the user. In a folder that has the
+    ``run.json`` of an earlier version but no list, the files such a version writes count as listed.
     """
 
     def __init__(self, folder):
@@ -40,7 +40,7 @@ class Manifest:
         self.known = self.listed()
 
     def listed(self):
-        """Names relative to the folder, a set."""
+        """Set of the listed names, relative to the folder."""
         try:
             lines = self.file.read_text(errors="replace").splitlines(keepends=True)
         except OSError:
@@ -48,7 +48,7 @@ class Manifest:
         return {"MANIFEST", *map(str.strip, lines[1:])} if lines[:1] == [FIRST_LINE] else set()
 
     def earlier(self):
-        """What a version without the list wrote here."""
+        """Names of the files that a version without the list wrote here."""
         scene = run_record(self.folder).get("scene")
         if not scene:
             return set()
@@ -57,21 +57,21 @@ class Manifest:
         return {name for name in self.found() if re.fullmatch(own, name)}
 
     def found(self):
-        """Names of all files in the folder and in the folders of pictures."""
+        """Names of all files in the folder and in its folders of pictures."""
         return [path.relative_to(self.folder).as_posix() for pattern in ("*", "frames/*", "paraview/*")
                 for path in self.folder.glob(pattern) if path.is_file()]
 
     def refuse(self, *patterns):
-        """Raise ``FileExistsError`` for a file that a run would write (regular expressions) and that is the user's."""
+        """Raise ``FileExistsError`` if a file that matches one of the regular expressions is the user's."""
         theirs = sorted(name for name in self.found() if name not in self.known and any(
             re.fullmatch(pattern, name) for pattern in patterns))
         if theirs:
             raise FileExistsError(
                 f"{self.folder} holds {', '.join(theirs[:3])}{' and others' if len(theirs) > 3 else ''}, which "
-                "pysph_boiling did not write and would write over: move it away, or give another folder")
+                "pysph_boiling did not write and would overwrite: move it away, or choose another folder")
 
     def claim(self, *names):
-        """List files that are about to be written. Errors: ``FileExistsError`` where one is there and the user's."""
+        """List files that are about to be written. Errors: ``FileExistsError`` if one exists and is the user's."""
         new = [name for name in map(str, names) if name not in self.known]
         if not new and "MANIFEST" in self.known:
             return
@@ -85,7 +85,7 @@ class Manifest:
         self.known |= {"MANIFEST", *new}
 
     def remove(self, which=lambda name: True):
-        """Remove those of our files whose name ``which`` holds for, and what of them was half written; the names."""
+        """Remove the listed files for which ``which(name)`` is true, with half-written copies; returns their names."""
         self.known = self.listed()
         gone = []
         for name in sorted(self.known - {"MANIFEST"}):
@@ -103,7 +103,7 @@ class Manifest:
 
 
 def run_record(folder):
-    """What ``run.json`` of a folder holds, a dict; empty where there is none that reads."""
+    """The content of ``run.json`` in a folder as a dict; empty if there is no readable one."""
     try:
         record = json.loads((Path(folder) / "run.json").read_text())
     except (OSError, ValueError):
@@ -112,16 +112,16 @@ def run_record(folder):
 
 
 def step_of(name):
-    """Step of a particle file by its name; -1 for the name of another file."""
+    """Number of the step in the name of a particle file; -1 for any other name."""
     found = PARTICLES.fullmatch(Path(name).name)
     return int(found[2]) if found else -1
 
 
 def output_files(folder, name=None):
-    """Paths (str) of the particle files of a run, in order of time; none where there are none.
+    """Paths (str) of the particle files of a run, in order of time; an empty list if there are none.
 
-    ``name`` is that of the run, with which its files begin; the folder tells if it is not given. Errors: ``ValueError``
-    for a folder that holds files of several runs, and no list that tells ours from others.
+    ``name`` is the name of the run, with which its files begin; it is found from the folder if not given. Errors:
+    ``ValueError`` for a folder that holds files of several runs and no list of ours.
     """
     found = [path for path in Path(folder).glob("*.hdf5") if PARTICLES.fullmatch(path.name)]
     if name is not None:
@@ -130,13 +130,13 @@ def output_files(folder, name=None):
     found = [path for path in found if path.name in ours] or found
     runs = sorted({PARTICLES.fullmatch(path.name)[1] for path in found})
     if len(runs) > 1:
-        raise ValueError(f"{folder} holds particle files of several runs, {', '.join(runs)}: move those of one into a "
-                         "folder of its own")
+        raise ValueError(f"{folder} holds particle files of several runs, {', '.join(runs)}: move the files of each "
+                         "run into a folder of its own")
     return [str(path) for path in sorted(found, key=lambda path: step_of(path.name))]
 
 
 def last_output(folder, name=None):
-    """The newest particle file that reads whole, or ``None``; folder and name as for :func:`output_files`."""
+    """The newest complete particle file, or ``None``; parameters are those of :func:`output_files`."""
     for file in reversed(output_files(folder, name)):
         try:
             check_output(file)
@@ -147,9 +147,9 @@ def last_output(folder, name=None):
 
 
 def read_output(file):
-    """(arrays by name, solver data) of a particle file.
+    """Read a particle file; returns (arrays by name, solver data).
 
-    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is cut off, is not HDF5, is not one that PySPH wrote,
+    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is truncated, is not HDF5, was not written by PySPH,
     or refers to other files.
     """
     from pysph.solver.utils import load
@@ -160,11 +160,11 @@ def read_output(file):
 
 
 def check_output(file):
-    """Raise what :func:`read_output` raises, without making particle arrays."""
+    """Raise the errors of :func:`read_output` without making particle arrays."""
     import h5py
 
     if not Path(file).is_file():
-        raise FileNotFoundError(f"no particle file {file}")
+        raise FileNotFoundError(f"there is no particle file {file}")
     try:
         with h5py.File(file, "r") as opened:
             problem = foreign(opened)
@@ -175,7 +175,7 @@ def check_output(file):
 
 
 def foreign(opened):
-    """What tells an open HDF5 file from one that PySPH wrote, or ``None``."""
+    """The first difference between an open HDF5 file and one that PySPH writes, as text, or ``None``."""
     import h5py
 
     def walk(group):
@@ -187,11 +187,11 @@ def foreign(opened):
             if isinstance(member, h5py.Group):
                 yield from walk(member)
             elif member.external or member.is_virtual:
-                yield f"'{member.name}' lies in another file"
+                yield f"'{member.name}' is stored in another file"
             elif member.dtype.kind not in "iufb" or member.ndim != 1:
-                yield f"'{member.name}' does not hold numbers in a row"
+                yield f"'{member.name}' is not a one-dimensional array of numbers"
             else:
-                member[-1:]  # a file that is cut off fails here
+                member[-1:]  # a truncated file fails here
 
     for problem in walk(opened):
         return problem

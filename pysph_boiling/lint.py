@@ -1,12 +1,12 @@
-"""Lint of all that PySPH translates, by reading the source: nothing is imported, nothing is compiled.
+"""Lint for the code that PySPH translates. It reads the source; nothing is imported or compiled.
 
 PySPH turns the methods of ``Equation`` and ``IntegratorStep`` classes, and the helper functions they call, into Cython,
 OpenCL or CUDA. Each rule below names valid Python that this translation rejects on some backend, or silently gets
-wrong. It reads anybody's equations::
+wrong. It works on anybody's equations::
 
     python -m pysph_boiling.lint my_equations.py another_folder
 
-It prints a line for each finding, and ends with status 1 if there is any.
+It prints one line per finding, and its exit status is 1 if there are any.
 """
 import argparse
 import ast
@@ -35,26 +35,26 @@ RESERVED = set(
 # Nodes that compyle handles within their parents.
 SYNTAX = {ast.Constant, ast.Load, ast.Store, ast.arguments, ast.arg, ast.keyword, ast.Tuple}
 RULES = {
-    "unique-name": "two kernels or helpers of one name serve for each other",
-    "inherited-kernel": "translated methods are not inherited on OpenCL",
-    "class-statement": "class-level names leak to file scope on OpenCL",
-    "coerced-attribute": "the last instance decides the C type for all: write float(...) or int(...)",
+    "unique-name": "if two kernels or helpers have the same name, one silently replaces the other",
+    "inherited-kernel": "OpenCL code does not inherit translated methods",
+    "class-statement": "names at class level leak to file scope on OpenCL",
+    "coerced-attribute": "the last instance decides the C type for all instances: write float(...) or int(...)",
     "integer-division": "1/2 is 0 in C",
     "one-comparison": "a < x < b does not translate to OpenCL",
     "one-target": "a = b = 0.0 and tuple assignment do not translate to OpenCL",
-    "reserved-name": "clashes with OpenCL or with PySPH's macros",
-    "declare": "a declare(...) has a line of its own at the top level of a function, and literal types",
+    "reserved-name": "the name clashes with OpenCL or with PySPH's macros",
+    "declare": "declare(...) must be on a line of its own at the top level of a function, with literal types",
     "loop-index": "an undeclared loop index is a double in Cython",
     "cast": "int(), float() and bool() do not exist in C; use cast(x, 'int')",
     "loop-limit": "range(self.n) does not translate to OpenCL: assign it to a name first",
     "mixed-minmax": "min(1, x) is ambiguous on OpenCL; write min(1.0, x)",
-    "one-statement": "one statement a line: Cython code is made line by line",
-    "def-line": "a signature ends its line with ':', or Cython drops the statements after it",
-    "unknown-name": "neither argument nor local: OpenCL makes it a double without a value",
+    "one-statement": "write one statement per line: Cython code is generated line by line",
+    "def-line": "end the line of a signature with ':', otherwise Cython drops the statements after it",
+    "unknown-name": "the name is neither an argument nor a local: OpenCL makes it a double without a value",
     "bare-conditional": "OpenCL gets 'a if c else b' without brackets: assign it to a name first",
     "keyword-argument": "OpenCL drops keyword arguments",
     "untranslatable": "syntax that compyle's translator does not know",
-    "docstring": "a kernel says Source, Reads and Writes",
+    "docstring": "the docstring of a kernel must have the entries Source, Reads and Writes",
 }
 
 
@@ -94,7 +94,7 @@ def base_names(node):
 
 
 def ancestors(node, classes):
-    """Class nodes above ``node``, the roots left out; ``classes`` maps a name to all nodes of that name."""
+    """Base classes of ``node`` without the roots; ``classes`` maps a name to all class nodes of that name."""
     seen, queue = [], list(base_names(node) - ROOTS)
     while queue:
         for parent in classes[queue.pop()]:
@@ -163,7 +163,7 @@ def declared(statement):
 
 
 def check_names(trees, found):
-    """Names of kernels and helpers, among themselves and against PySPH."""
+    """Compare the names of kernels and helpers with each other and with those of PySPH."""
     named = found + helpers(trees)
     count = Counter(n.name for _, n in named)
     for file, n in named:
@@ -185,7 +185,7 @@ def check_class(file, node, classes):
 
 
 def assigned(init):
-    """(target, value) of the plain assignments of ``__init__`` in order, tuples taken apart."""
+    """(target, value) of the plain assignments in ``__init__``, in order; tuples are unpacked."""
     for n in sorted((n for n in ast.walk(init) if isinstance(n, ast.Assign | ast.AnnAssign)), key=lambda n: n.lineno):
         for target in getattr(n, "targets", None) or [n.target]:
             if isinstance(target, ast.Tuple):
@@ -198,7 +198,7 @@ def assigned(init):
 def attributes(init, coercers):
     """Attributes and locals of ``__init__``: name -> "float", "int", or None if the type depends on the caller.
 
-    ``coercers`` maps functions to the type they return: float, int, and ours that are annotated so.
+    ``coercers`` maps functions to the type they return: float, int, and annotated functions of this package.
     """
     kinds = {}
 
@@ -235,7 +235,7 @@ def check_attributes(file, node, coercers, reads):
 
 
 def check_layout(file, fn, lines):
-    """Rules of Cython's line-by-line translation; they hold for ``reduce`` and ``converged`` too."""
+    """Check the rules of the line-by-line translation to Cython; they also apply to ``reduce`` and ``converged``."""
     signature = next((i for i, line in enumerate(lines[fn.lineno - 1:], fn.lineno) if line.rstrip().endswith(":")), 0)
     if signature >= fn.body[0].lineno or not signature:
         yield "def-line", file, fn, fn.name
@@ -258,7 +258,7 @@ def check_layout(file, fn, lines):
 
 
 def check_device(file, fn, integer_attributes):
-    """Rules of the translation to OpenCL and CUDA."""
+    """Check the rules of the translation to OpenCL and CUDA."""
     args = {a.arg for a in fn.args.args}
     nodes = inside(fn)
     stored = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
@@ -371,7 +371,7 @@ def main(arguments=None):
         description="Read PySPH equations and steppers, and report what Cython, OpenCL or CUDA would get wrong.")
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a Python module, or a folder of them")
     parser.add_argument("--docstrings", action="store_true",
-                        help="also ask that each kernel says Source, Reads and Writes, as ours do")
+                        help="also require the entries Source, Reads and Writes in the docstring of each kernel")
     options = parser.parse_args(arguments)
     try:
         texts, trees = read(options.paths)

@@ -1,4 +1,4 @@
-"""Materials: the constants of a fluid at its saturation line, with units and source."""
+"""Materials: the constants of a fluid at saturation, with units and source."""
 from dataclasses import dataclass, fields, replace
 
 __all__ = ["WATER_1ATM", "Material"]
@@ -14,13 +14,14 @@ class Material:
     rho_l, rho_v : float    Density of liquid and vapour at saturation [kg/m^3].
     c_l, c_v : float        Specific heat capacity of liquid and vapour [J/(kg K)].
     k_l, k_v : float        Thermal conductivity of liquid and vapour [W/(m K)].
-    L : float               Latent heat of vaporisation [J/kg]. Zero is refused: nothing would separate the phases.
+    L : float               Latent heat of vaporisation [J/kg], > 0.
     sigma : float           Surface tension [N/m].
     mu_l : float            Dynamic viscosity of the liquid [Pa s].
     beta : float            Thermal expansion coefficient of the liquid [1/K].
-    T_melt : float          Melting temperature [K], below which it is no liquid; 0 K if not given.
+    T_melt : float          Melting temperature [K], the lowest temperature of the liquid; 0 K if not given.
 
-    Errors: ``ValueError`` naming the constant, its value and its unit. Limits: constants do not vary with temperature.
+    Errors: ``ValueError`` that names the constant, its value and its unit. Limits: the constants do not vary with
+    temperature.
     """
 
     name: str
@@ -56,10 +57,10 @@ class Material:
             raise ValueError(f"T_sat must be below T_crit = {self.T_crit} K, got {self.T_sat} K")
 
     def check_melted(self, T, name):
-        """Raise ``ValueError``, which calls it ``name``, for a temperature [K] below that of melting."""
+        """Raise ``ValueError`` for a temperature ``T`` [K] below melting; the message calls it ``name``."""
         if self.T_melt is not None and T < self.T_melt:
-            raise ValueError(f"{name} must be >= {self.T_melt} K, at which {self.name} melts, got {T} K: temperatures "
-                             f"are in kelvin, and {T:g} degrees Celsius are {T + 273.15:g} K")
+            raise ValueError(f"{name} must be >= {self.T_melt} K, the melting point of {self.name}, got {T} K: "
+                             f"temperatures are in kelvin, and {T:g} degrees Celsius are {T + 273.15:g} K")
 
     def with_(self, **changes):
         """A copy with some constants changed."""

@@ -1,4 +1,4 @@
-"""What users type or pass: a name that must be known, a number that must be whole. Errors say what would be right."""
+"""Checks of names and numbers that users type or pass. The errors say which values would be right."""
 import argparse
 import difflib
 import re
@@ -84,7 +84,7 @@ class Refused(argparse.Action):
 
 
 class SchemeError(ValueError):
-    """A scheme that cannot be, and what to do: ``python`` for who writes it, ``option`` for who types it."""
+    """A scheme that cannot be built, and the remedy: ``python`` in terms of Python, ``option`` of the command line."""
 
     def __init__(self, what, python, option):
         super().__init__(f"{what}: {python}")
@@ -92,21 +92,21 @@ class SchemeError(ValueError):
 
 
 def as_typed(error, slots):
-    """The message of an error in the words of the command line: ``--heater.temperature`` for ``heater.temperature``."""
+    """An error's message in terms of the command line: ``--heater.temperature`` for ``heater.temperature``."""
     return re.sub(rf"(?<![-.\w])({'|'.join(['scene', *slots])})\.[a-zA-Z]\w*", lambda found: option(found[0]),
                   getattr(error, "typed", str(error)))
 
 
 def nearest(name, known):
-    """``"; did you mean 'dam_break'?"`` for the known name that is most like ``name``; empty where none is."""
+    """``"; did you mean 'dam_break'?"`` with the known name most similar to ``name``; empty if none is similar."""
     found = difflib.get_close_matches(str(name), list(map(str, known)), n=1)
     return f"; did you mean '{found[0]}'?" if found else ""
 
 
 def unknown(what, name, known):
-    """The ``ValueError`` of a name that is not among ``known``: ``no scene 'dam_brek'; did you mean ...? There are:``.
+    """The ``ValueError`` for a name that is not in ``known``: ``no scene 'dam_brek'; did you mean ...? There are:``.
 
-    ``what`` tells what is named: ``"scene"``.
+    ``what`` says what kind of thing it names, such as ``"scene"``.
     """
     close = nearest(name, known)
     return ValueError(f"no {what} '{name}'{close or ';'} {'There' if close else 'there'} are: "
@@ -114,7 +114,7 @@ def unknown(what, name, known):
 
 
 def whole_number(name, value, *, low, unit=""):
-    """``value`` as an int; ``ValueError`` that names it where it is not a whole number of at least ``low``."""
+    """``value`` as an int; raises ``ValueError`` that names it if it is not a whole number >= ``low``."""
     if isinstance(value, bool) or not isinstance(value, Real) or value != value // 1 or value < low:
         raise ValueError(f"{name} must be a whole number >= {low}{unit and ' ' + unit}, got {value!r}")
     return int(value)

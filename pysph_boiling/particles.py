@@ -1,7 +1,20 @@
-"""Particle arrays: the table of properties, and factories for fluid, vessels and nucleation sites.
+"""Particle arrays: the table of properties, and factories for fluids, vessels and nucleation sites.
 
-Every array is an ordinary PySPH ``ParticleArray``. ``BASE_PROPERTIES`` is what every fluid array
-carries; each effect of :mod:`pysph_boiling.schemes.effects` lists the properties it adds. Nothing else is allocated.
+Every array is an ordinary PySPH ``ParticleArray``. Every fluid array has the ``BASE_PROPERTIES``; each effect of
+:mod:`pysph_boiling.schemes.effects` lists the properties it adds. Nothing else is allocated.
+
+Example: a block of water in an open box in 2-D, heated in the middle of its floor.
+
+>>> from pysph.base.kernels import CubicSpline
+>>> from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
+>>> corners = dict(lower=(0.0, 0.0, 0.0), upper=(0.1, 0.1, 0.0))
+>>> water = fluid_block((0.0, 0.0, 0.0), (0.1, 0.05, 0.0), spacing=0.01, dim=2, rho0=958.0)
+>>> wall = box_vessel(**corners, spacing=0.01, dim=2, rho0=958.0, kernel=CubicSpline(dim=2), heated_fraction=0.5)
+>>> sites = site_array(sites_on_base(2, **corners, dim=2), reach=0.024, spacing=0.01)
+>>> water.get_number_of_particles(), int(wall.heated.sum()), sites.get_number_of_particles()
+(50, 4, 2)
+>>> round(float(water.m.sum()), 6)  # kg per metre of depth: 0.1 m x 0.05 m x 958 kg/m^3
+4.79
 """
 from dataclasses import dataclass
 
@@ -21,7 +34,7 @@ NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no
 
 
 def host(pa, name):
-    """A property of the real particles of one array, on the host."""
+    """A property of the real particles of one array, (n,), on the host."""
     if pa.gpu is not None:
         pa.gpu.pull(name)
     return pa.get(name, only_real_particles=True)
@@ -33,8 +46,8 @@ def positions(pa):
 
 
 def fill(pa, name, value):
-    """Set a property of all particles of one array to a number, on the host and, where there is one, on the device."""
-    pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet how many are real
+    """Set a property of all particles of one array to a number, on the host and on the device if there is one."""
+    pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet which particles are real
     if pa.gpu is not None:
         pa.gpu.get_device_array(name).fill(value)
 
@@ -43,8 +56,8 @@ def fill(pa, name, value):
 class Property:
     """One row of the table of properties.
 
-    ``kind`` is a PySPH type; ``state`` means: needed to restart a run; ``cumulative``: summed up since the start, so
-    that a removed particle's share must be carried on (as the constant ``carried_<name>``).
+    ``kind`` is a PySPH type. ``state`` means that a restart needs the property. ``cumulative`` means that it adds up
+    since the start, so that the value of a removed particle is kept in the constant ``carried_<name>``.
     """
 
     name: str
@@ -56,7 +69,7 @@ class Property:
 
 
 BASE_PROPERTIES = (
-    Property("uid", "-", "identity of the particle, set once, never changed", "unsigned int", True),
+    Property("uid", "-", "identity of the particle, which never changes", "unsigned int", True),
     Property("x", "m", "position; during a step the prediction x*", state=True),
     Property("y", "m", "position", state=True),
     Property("z", "m", "position", state=True),
@@ -76,16 +89,16 @@ WALL_PROPERTIES = (
     Property("h", "m", "smoothing length", state=True),
     Property("rho", "kg/m^3", "rest density", state=True),
     Property("heated", "-", "1 where the wall is a heater", "int", True),
-    Property("T_heater", "K", "temperature of a heater of its own; 0: that of the effect Heater"),
+    Property("T_heater", "K", "temperature of this particle's heater; 0: that of the effect Heater"),
 )
 
 PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every array
 
 
 def add_properties(pa, properties):
-    """Add each :class:`Property` that ``pa`` lacks; those that carry state also become output properties.
+    """Add each :class:`Property` that ``pa`` lacks; those with ``state`` also become output properties.
 
-    The list of output properties becomes the array's own: PySPH's schemes give one list to several arrays.
+    The array gets its own list of output properties, because PySPH's schemes share one list among several arrays.
     """
     for prop in properties:
         if prop.name not in pa.properties:
@@ -95,7 +108,7 @@ def add_properties(pa, properties):
 
 
 def number(pa):
-    """Give each particle a ``uid`` of its own, 0 .. n-1, unless each has one."""
+    """Give each particle a unique ``uid``, 0 .. n-1, unless they have unique ones already."""
     if "uid" not in pa.properties:
         pa.add_property("uid", type="unsigned int")
     if len(np.unique(pa.uid)) != len(pa.uid):
@@ -109,24 +122,26 @@ def _check_points(name, points, spacing):
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"positions of '{name}' must have shape (n, 3), got {points.shape}")
     if len(points) == 0:
-        raise ValueError(f"particle array '{name}' is empty: a scene needs at least one particle in it")
+        raise ValueError(f"particle array '{name}' is empty: it needs at least one particle")
     if not np.all(np.isfinite(points)):
         raise ValueError(f"positions of '{name}' hold NaN or Inf")
     return points
 
 
 def _host_array(**values):
-    """An array that is the host's until PySPH makes its neighbour search: edits before that reach a device."""
+    """An array that the host owns until PySPH makes its neighbour search, so that edits before then reach a device."""
     pa = get_particle_array(**values)
     pa.set_device_helper(None)
     return pa
 
 
 def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
-    """A fluid array of equal particles.
+    """A fluid array of equal particles at given positions.
 
-    ``points`` (n, 3) [m]; ``spacing`` [m]; mass rho0 spacing^dim [kg, or kg/m in 2-D]; ``uid`` = 0 .. n-1.
-    Errors: ``ValueError`` for an empty or non-finite cloud, or a spacing or density that is not positive.
+    ``points`` (n, 3) [m] are the positions and ``spacing`` [m] their distance. The mass of each particle is
+    rho0 spacing^dim [kg, or kg/m in 2-D], and its smoothing length is hdx spacing.
+
+    Errors: ``ValueError`` for no points, points that are not finite, or a spacing or density that is not positive.
     """
     points = _check_points(name, points, spacing)
     if not rho0 > 0.0:
@@ -138,9 +153,10 @@ def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
 
 
 def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitter=0.0, seed=0, inside=None):
-    """Fluid on a cubic lattice that fills the box ``lower`` .. ``upper`` [m] (2-D uses x and y).
+    """A fluid array on a cubic lattice that fills the box ``lower`` .. ``upper`` [m] (in 2-D only x and y count).
 
-    ``jitter`` is the amplitude of a uniform random displacement in spacings; ``inside(points)`` -> bool keeps a part.
+    ``jitter`` is the amplitude of a uniform random displacement, in spacings, drawn from ``seed``. If given,
+    ``inside(points)`` takes the positions (n, 3) [m] and returns a mask (n,) of those to keep.
     """
     axes = [_lattice(lower[k], upper[k], spacing) for k in range(dim)]
     points = np.zeros((int(np.prod([len(a) for a in axes])), 3))
@@ -162,8 +178,8 @@ def _lattice(lower, upper, spacing):
 def lattice_density(kernel, *, dim, hdx):
     """Sums over the infinite cubic lattice of unit spacing: ``sum V W`` [-] and ``sum V^2 |grad W|^2`` [1/spacing^2].
 
-    The first is what a summed density reads on the rest lattice, in units of the rest density; the second scales the
-    relaxation of the density constraint.
+    The first is the summed density of the rest lattice in units of the rest density; the second scales the relaxation
+    of the density constraint.
     """
     reach = int(np.ceil(kernel.radius_scale * hdx)) + 1
     total, squares = 0.0, 0.0
@@ -181,8 +197,8 @@ def lattice_density(kernel, *, dim, hdx):
 def akinci_volume(points, kernel, *, h, dim, domain=None):
     """Volumes 1 / sum_k W_bk [m^dim] of boundary particles (Akinci et al. 2012, eq. 4), shape (n,).
 
-    The sum runs over the boundary particles only, the particle itself included; ``domain`` is the ``DomainManager`` of
-    a periodic domain, in which it runs over their images too.
+    The sum runs over the boundary particles only, including the particle itself. In a periodic domain, given as its
+    ``DomainManager`` in ``domain``, it also includes their periodic images.
     """
     x, y, z = np.asarray(points, dtype=float).T / h  # PySPH crashes on a lone 2-D particle whose h is much below 1
     volume = np.empty(len(x))
@@ -212,16 +228,19 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
 
 
 def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None):
-    """Boundary particles with Akinci volumes; their mass is rho0 times the volume.
+    """An array of boundary particles with Akinci volumes; the mass of each is rho0 times its volume.
 
-    Measured on hydrostatic columns with two layers: the first fluid layer settles 0.46 (2-D) and 0.50 (3-D) spacings
-    from the face, and the container is not needed to hold it.
+    In hydrostatic columns over two layers of wall particles, the first layer of fluid settles 0.46 (2-D) and 0.50
+    (3-D) spacings from the face; the container is not needed to hold it.
 
-    ``points`` (n, 3) [m]; ``heated`` (n,) of 0 and 1, 1 where the particle belongs to a heater. ``T_heater`` [K], a
-    number or (n,), gives heaters temperatures of their own, > 0; where it is 0 or not given, a heater has that of the
-    effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain. Before the first step a
-    scheme sets the masses right (:func:`weigh_walls`) for a domain that is not given here, and for the other wall
-    arrays, over which no sum runs here. Errors: ``ValueError`` for other values.
+    ``points`` (n, 3) [m] are the positions. ``heated`` (n,) is 1 where a particle belongs to a heater and 0 elsewhere.
+    ``T_heater`` [K], a number or (n,), sets the temperature of individual heaters; where it is 0 or not given, a heater
+    has the temperature of the effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain.
+
+    The volumes are summed over this array only. Before the first step the scheme corrects the masses
+    (:func:`weigh_walls`) for other wall arrays, and for a periodic domain that was not given here.
+
+    Errors: ``ValueError`` for values of another shape or out of range.
     """
     points = _check_points(name, points, spacing)
     h = hdx * spacing
@@ -243,11 +262,11 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
 
 
 def weigh_walls(walls, *, kernel, dim, domain=None):
-    """Give wall arrays the masses that they have side by side, and in a periodic ``domain`` (a ``DomainManager``).
+    """Correct the masses of wall arrays for each other, and for a periodic ``domain`` (a ``DomainManager``).
 
-    The volumes of :func:`wall_array` are summed over one array, and without a domain that it is not told: they are too
-    large at a joint or a border. Masses that are none of these stay: they are the user's own, or right already.
-    Limits: arrays of one smoothing length; others stay as they are.
+    :func:`wall_array` sums volumes over one array only, so they are too large where two arrays meet, or at the border
+    of a periodic domain that it did not know. Masses that it did not compute are kept, since the user has set them.
+    Limits: only arrays of equal smoothing length are corrected.
     """
     columns = [np.stack([pa.get(name, only_real_particles=True) for name in ("x", "y", "z", "h", "rho", "m")], -1)
                for pa in walls]
@@ -270,14 +289,14 @@ def weigh_walls(walls, *, kernel, dim, domain=None):
 
 
 def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
-    """Check which particles of the wall ``name`` are ``heated`` (n,), and to what ``T_heater`` [K], a number or (n,).
+    """Check ``heated`` (n,) and ``T_heater`` [K], a number or (n,), of the wall array ``name``.
 
-    Raises ``ValueError`` that names the first bad particle. ``T_crit`` [K] is the critical temperature of the fluid.
+    ``T_crit`` [K] is the critical temperature of the fluid. Errors: ``ValueError`` that names the first bad particle.
     """
     heated, T_heater = np.asarray(heated), np.asarray(T_heater, float)
     for prop, values, good, must in (
         ("heated", heated, np.isin(heated, (0, 1)),
-         "must be 0 or 1; T_heater [K] gives heaters temperatures of their own"),
+         "must be 0 or 1; T_heater [K] sets the temperature of individual heaters"),
         ("T_heater", T_heater, (T_heater >= 0.0) & (T_heater < T_crit),
          f"must be below the critical point, {T_crit} K, and > 0 K, or 0 for the temperature of the effect Heater"),
     ):
@@ -287,9 +306,9 @@ def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
 
 
 def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):
-    """Walls of an open box around ``lower`` .. ``upper`` [m]: floor and sides, no top.
+    """Walls of an open box around ``lower`` .. ``upper`` [m]: a floor and sides, but no top.
 
-    ``heated_fraction``: the middle part of the floor's first layer, by width, that is a heater.
+    The middle of the floor's first layer, ``heated_fraction`` of its width, is a heater.
     """
     layers = whole_number("layers", layers, low=1)
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
@@ -310,9 +329,10 @@ def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, h
 
 
 def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall"):
-    """Walls of an upright open cylinder (3-D): axis through the origin along z, floor at z = 0 [m].
+    """Walls of an upright open cylinder (3-D) of ``radius`` and ``height`` [m]: the axis is z, the floor at z = 0.
 
-    In 2-D the section of a cylinder is a box: use :func:`box_vessel`.
+    The middle of the floor's first layer, ``heated_fraction`` of its diameter, is a heater. In 2-D use
+    :func:`box_vessel`, since the section of a cylinder is a box.
     """
     layers, points = whole_number("layers", layers, low=1), []
     for layer in range(layers):
@@ -333,10 +353,10 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
 
 
 def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
-    """Positions (count, 3) [m] of preset nucleation sites on the floor of a box, or on its heated part.
+    """Positions (count, 3) [m] of preset nucleation sites on the floor of the box ``lower`` .. ``upper`` [m].
 
-    ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid); ``"random"`` draws them from
-    ``seed``, each within its own cell of that grid, so that two sites never coincide.
+    ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid). ``"random"`` draws each from
+    ``seed`` within its own cell of that grid, so that two sites never coincide.
     """
     count = whole_number("the number of nucleation sites", count, low=1)
     if pattern not in ("regular", "random"):
@@ -359,7 +379,7 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
 
 
 def site_array(points, *, reach, spacing, radius_scale=2.0, name="sites"):
-    """Preset nucleation sites as a particle array; ``reach`` [m] is the largest radius at which a site acts."""
+    """An array of preset nucleation sites at ``points`` (n, 3) [m]; ``reach`` [m] is the largest radius of action."""
     points = _check_points(name, points, spacing)
     if not reach > 0.0:
         raise ValueError(f"reach of the sites must be > 0 m, got {reach} m")

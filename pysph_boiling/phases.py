@@ -1,11 +1,11 @@
 """The four states of a particle, the edges between them, and temperature as a view of enthalpy.
 
-The thermal state of a particle is its specific enthalpy ``e`` [J/kg], zero for saturated liquid. A change of phase
-never changes ``e``; it changes how ``e`` is read as a temperature. This is the dual channel of the paper (section
-3.3.2, Table 2, Fig. 2): sensible and latent heat are two readings of one conserved quantity.
+The thermal state of a particle is its specific enthalpy ``e`` [J/kg], zero for saturated liquid. A phase change never
+changes ``e``; it changes how a temperature follows from ``e``. This is the dual channel of the paper (section 3.3.2,
+Table 2, Fig. 2): sensible and latent heat are two interpretations of one conserved quantity.
 
-``EDGES`` is the one table of the state machine. The kernels of :mod:`pysph_boiling.equations.phase_change` implement
-it, the tests walk it row by row, and the figure of the state machine is drawn from it.
+The table ``EDGES`` defines the state machine. The kernels of :mod:`pysph_boiling.equations.phase_change` implement it,
+the tests check it row by row, and the figure of the state machine is drawn from it.
 """
 from dataclasses import dataclass
 from enum import IntEnum
@@ -18,7 +18,8 @@ __all__ = ["EDGES", "Edge", "Phase", "at_saturation", "enthalpy", "temperature"]
 class Phase(IntEnum):
     """State of a particle; the integer stored in the property ``phase``.
 
-    Where every step compares all particles, it is with ``.value``: NumPy takes a plain integer five times as fast.
+    Code that compares all particles in every step uses ``.value``, because NumPy is five times as fast with a plain
+    integer.
     """
 
     LIQUID = 0  #: below saturation; sensible heat
@@ -31,10 +32,10 @@ class Phase(IntEnum):
 class Edge:
     """One transition of the state machine.
 
-    ``enthalpy`` names the range that ``e`` must lie in ("negative", "stored" for 0 <= e < L, "full" for e >= L, "not
-    negative", or "lacking" for e < L in vapour); ``kinetic`` is the kinetic condition (a nucleation site near),
-    ``None`` where it does not matter. ``by`` names the mechanism when it is not the ordinary edge test of a particle on
-    its own.
+    ``enthalpy`` names the range that ``e`` must lie in: "negative", "stored" (0 <= e < L), "full" (e >= L), "not
+    negative", or "lacking" (e < L in vapour). ``kinetic`` says whether a nucleation site must be near (the kinetic
+    condition), ``None`` where it does not matter. ``by`` names the mechanism of an edge that is not decided by the
+    particle alone.
     """
 
     source: Phase
@@ -59,18 +60,20 @@ EDGES = (
 
 
 def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
-    """Temperature [K] of particles, the NumPy twin of the kernel helper ``boiling_temperature``.
+    """Temperature [K] of particles, (n,); the NumPy equivalent of the kernel helper ``boiling_temperature``.
 
-    A particle in transition is at T_sat while its enthalpy is that of the transition; beyond, until its phase changes
-    at the end of the heat steps, it warms or cools like what it becomes: at T_sat it would take heat without end.
+    A particle in transition is at T_sat while 0 <= e <= L. Its phase only changes at the end of the heat steps, so with
+    an enthalpy outside this range it already warms or cools like the phase that it will enter. If it stayed at T_sat,
+    it would absorb heat without limit.
 
     Parameters
     ----------
     e : array (n,)      Specific enthalpy [J/kg], 0 for saturated liquid.
     phase : array (n,)  :class:`Phase` of each particle.
     material : Material
-    e_lat : array (n,) or float  Latent heat frozen at an interruption [J/kg] (``interrupt="hold"``).
-    subcooling : float  Share of what vapour lacks (e < L) that its temperature shows [-]: 1, or 0 if it is latent heat.
+    e_lat : array (n,) or float  Latent heat held since an interruption [J/kg] (``interrupt="hold"``).
+    subcooling : float  Fraction of the deficit L - e of vapour that lowers its temperature [-]: 1, or 0 if the deficit
+        is latent heat.
     """
     e, phase = np.asarray(e, dtype=float), np.asarray(phase)
     excess = np.where(e < 0.0, e, np.maximum(e - e_lat, 0.0))
@@ -81,7 +84,7 @@ def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
 
 
 def at_saturation(phase, e, e_lat=0.0):
-    """Which particles (n,) are in the state superheated and at T_sat nevertheless: interrupted, or fed at saturation.
+    """Mask (n,) of particles whose state is superheated but which are at T_sat: interrupted, or fed at saturation.
 
     ``phase`` (n,), ``e`` (n,) [J/kg] and ``e_lat`` [J/kg], (n,) or a number, as in :func:`temperature`.
     """

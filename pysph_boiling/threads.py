@@ -1,8 +1,8 @@
-"""How OpenMP's threads wait for each other: they spin for some microseconds, then they sleep.
+"""How OpenMP threads wait for each other: they spin for some microseconds, then they sleep.
 
-A step of a small scene opens some hundred parallel regions. Threads that sleep at once take longer to wake up than the
-regions take (a fifth of a step at 5,000 particles on two threads); threads that spin on steal the processor from
-whatever else runs, so that two runs side by side collapse (8 times the time). A thousand spins cost a tenth there.
+A step of a small scene opens about a hundred parallel regions. Threads that sleep at once take longer to wake up than
+a region takes (a fifth of a step at 5,000 particles on two threads). Threads that keep spinning take the processor
+from other programs, so that two runs side by side take 8 times as long; with a thousand spins they take a tenth longer.
 """
 import os
 import signal
@@ -13,16 +13,16 @@ WAITING = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "1000"}
 
 
 def wait_briefly():
-    """Set it for this process, before any OpenMP library is loaded; a policy that the user has set stays."""
+    """Set this policy for the process, before any OpenMP library is loaded; a policy set by the user is kept."""
     if "OMP_WAIT_POLICY" not in os.environ:
         os.environ.update(WAITING)
 
 
 def end_on_interrupt():
-    """Let Ctrl-C end this process at once and without a word: one that works for another, which says what happens."""
+    """Let Ctrl-C end this child process at once and silently, since its parent reports the interruption."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def variables(threads):
-    """Environment of a process of its own that runs on so many threads."""
+    """Environment variables for a child process that runs on ``threads`` threads."""
     return {**os.environ, **WAITING, "OMP_NUM_THREADS": str(threads)}

@@ -1,1 +1,1 @@
-"""What a run tells: ledger, bubble statistics, plots and pictures. Host side."""
+"""Analysis of finished runs: shapes of bubbles, plots, pictures, rendered surfaces and movies."""

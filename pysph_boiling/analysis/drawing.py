@@ -1,4 +1,4 @@
-"""What pictures of particles share: colours, arrays by their role, what lies where."""
+"""Helpers shared by all pictures of particles: colours, the role of each array, and bounds of the scene."""
 import importlib
 from types import SimpleNamespace
 
@@ -13,15 +13,15 @@ __all__ = [
     "view_bounds", "wall_colours",
 ]
 
-# Hue tells water from vapour and lightness tells the three warm ones apart, so colour-blind readers see four too.
-# Liquid that is held at T_sat is neither warm nor cold: a pale green, which they see as a pale grey.
+# Hue distinguishes liquid from vapour and lightness distinguishes the three warm states, so that colour-blind readers
+# see four states too. Liquid that is held at T_sat is a pale green, which they see as a pale grey.
 PHASE_COLOURS = {
     Phase.LIQUID: "#3B7EBF",
     Phase.TRANSITION: "#F6BD27",
     Phase.SUPERHEATED: "#EE8B3A",
     Phase.VAPOUR: "#C1121F",
 }
-# What is counted and drawn, by the names of the columns n_<state>; the superheated are those above T_sat.
+# The states that are counted and drawn, named as in the columns n_<state>; "superheated" is liquid above T_sat.
 STATE_COLOURS = {**{phase.name.lower(): colour for phase, colour in PHASE_COLOURS.items()}, "held": "#9CC9A3"}
 BUBBLE_COLOURS = (
     "#CC3311", "#EE8800", "#D4B000", "#6B7A00", "#117733", "#0099A8", "#6A4C93", "#AA3377", "#E377A2", "#884411",
@@ -39,7 +39,7 @@ def bubble_colours(labels):
 
 
 def needed(name):
-    """The module ``name`` of the extra "view"; ``ModuleNotFoundError`` says how to install it."""
+    """Import the module ``name`` of the extra "view"; ``ModuleNotFoundError`` says how to install it."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -47,7 +47,7 @@ def needed(name):
 
 
 def by_role(arrays):
-    """The arrays by role: lists ``fluid``, ``walls``, ``sites``. A fluid array may be empty: a vessel that is dry."""
+    """The arrays by role: lists ``fluid``, ``walls``, ``sites``. A fluid array may be empty, as in a dry vessel."""
     scene = SimpleNamespace(fluid=[], walls=[], sites=[])
     for name, pa in arrays.items():
         if "site" in name.lower():
@@ -57,14 +57,14 @@ def by_role(arrays):
         else:
             scene.fluid.append(pa)
     if not scene.fluid:
-        raise ValueError(f"no fluid array to draw among the arrays {sorted(arrays)}")
+        raise ValueError(f"there is no fluid array to draw among the arrays {sorted(arrays)}")
     for role in (scene.walls, scene.sites):
         role[:] = [pa for pa in role if len(pa.x)]
     return scene
 
 
 def joined(group, *names):
-    """Property columns of several arrays, joined, shape (n,) for one name and (n, len(names)) for more."""
+    """Properties of several arrays joined into one array, (n,) for one name and (n, len(names)) for more."""
     columns = [np.concatenate([np.asarray(getattr(pa, name)) for pa in group]) for name in names]
     return columns[0] if len(names) == 1 else np.column_stack(columns)
 
@@ -80,7 +80,7 @@ def positions(group):
 
 
 def view_bounds(scene, spacing, dim):
-    """Corners (2, 3) [m] of walls and fluid; a few stray particles do not widen the view."""
+    """Corners (2, 3) [m] of a box around walls and fluid that leaves out a few stray particles."""
     centre, walls = positions(scene.fluid), positions(scene.walls)
     if len(centre) == 0:
         centre = walls if len(walls) else np.zeros((1, 3))
@@ -93,8 +93,10 @@ def view_bounds(scene, spacing, dim):
 
 
 def inner_bounds(walls, bounds, spacing):
-    """Corners (2, 3) [m] of the space between the walls: along each axis through the middle, from outside inwards, a
-    wall goes on as far as its particles follow each other."""
+    """Corners (2, 3) [m] of the space between the walls.
+
+    On the axes through the middle, each wall ends at the first gap between its particles, seen from outside.
+    """
     ends, middle, points = np.array(bounds), np.mean(bounds, axis=0), positions(walls)
     for k in range(3):
         ray = points[np.all(np.abs(np.delete(points - middle, k, axis=1)) <= spacing, axis=1), k]
@@ -107,7 +109,7 @@ def inner_bounds(walls, bounds, spacing):
 
 
 def to_rgb(colours):
-    """Colours (n, 3), or (3,) for a single one, of names or hex codes."""
+    """RGB colours (n, 3) from names or hex codes, or (3,) from a single one."""
     from matplotlib.colors import to_rgba_array
 
     rgb = to_rgba_array(colours)[:, :3]

@@ -1,25 +1,25 @@
-"""The level of the liquid: how high a pool stands, whatever splashes."""
+"""The level of the liquid in a pool, which splashes do not affect."""
 import numpy as np
 
 from pysph_boiling.analysis.rendering import load_output
 
 __all__ = ["level_history", "surface_level"]
 
-SHARE = 0.98  # of the fluid lies below the mark; a few drops that fly do not move it
+SHARE = 0.98  # fraction of the fluid below the mark, so that a few flying drops do not move it
 
 
 def surface_level(fluids, *, dim):
     """Height of the surface [m] above the floor at 0; the vertical is y in 2-D and z in 3-D.
 
-    ``fluids`` are particle arrays. The mark below which 98 % of all particles lie, liquid and vapour, over 0.98: exact
-    for an even pool, and for one that swells evenly; 0 in a dry vessel.
+    ``fluids`` are particle arrays. The result is the height below which 98 % of all particles lie, divided by 0.98.
+    It is exact for a uniform pool and 0 for a dry vessel.
     """
     height = np.concatenate([np.asarray(pa.y if dim == 2 else pa.z, float) for pa in fluids])
     return float(np.quantile(height, SHARE)) / SHARE if len(height) else 0.0
 
 
 def level_history(files, *, dim, name="fluid"):
-    """Time [s] and level [m], shape (files,) each, of a run's particle ``files``, in which the fluid is ``name``."""
+    """Time [s] and level [m], each (files,), from a run's particle ``files``; ``name`` is its fluid array."""
     rows = []
     for file in files:
         arrays, t = load_output(file)

@@ -1,4 +1,4 @@
-"""Movies of picture series: GIF by Pillow, MP4 by the ffmpeg that imageio-ffmpeg brings along."""
+"""Movies from series of pictures: GIF with Pillow, MP4 with the ffmpeg of the package imageio-ffmpeg."""
 import math
 import os
 from pathlib import Path
@@ -9,13 +9,13 @@ from pysph_boiling.analysis.drawing import needed
 
 __all__ = ["check_movie", "write_movie"]
 
-GIF_WIDTH = 480  # [pixel]; wider pictures are made smaller, since a GIF grows with every pixel
+GIF_WIDTH = 480  # [pixel]; wider pictures are scaled down to keep the GIF small
 GIF_SAMPLES = 8  # pictures from which the palette is made
 QUALITY = 18  # constant rate factor of H.264: 0 lossless .. 51
 
 
 def check_movie(kind, fps):
-    """Raise what :func:`write_movie` would, before pictures are drawn; ``kind`` is ``"gif"`` or ``"mp4"``."""
+    """Raise the errors of :func:`write_movie` before pictures are drawn; ``kind`` is ``"gif"`` or ``"mp4"``."""
     if not (math.isfinite(fps) and fps > 0.0):
         raise ValueError(f"fps must be > 0, got {fps}")
     needed("PIL.Image")
@@ -23,15 +23,16 @@ def check_movie(kind, fps):
         try:
             needed("imageio_ffmpeg").get_ffmpeg_exe()
         except RuntimeError as error:
-            raise OSError(f"no ffmpeg to write an mp4: {str(error).splitlines()[0]}; a gif needs none") from None
+            raise OSError(f"there is no ffmpeg to write an mp4: {str(error).splitlines()[0]}; a gif does not need it"
+                          ) from None
 
 
 def write_movie(paths, path, fps=15):
-    """Write pictures of one size, in order, as a movie; returns its path.
+    """Write pictures of equal size, in order, as a movie; returns its path.
 
-    The suffix of ``path`` chooses: ``.gif`` loops for ever, with one palette for all pictures, at most 480 pixels wide;
-    ``.mp4`` is H.264 (yuv420p) of full size, a missing last row or column repeated where the size is odd. The file is
-    there when it is complete, or not at all.
+    The suffix of ``path`` chooses the format. A ``.gif`` loops forever, has one palette for all pictures and is at most
+    480 pixels wide. An ``.mp4`` is H.264 (yuv420p) of full size; if that is odd, the last row or column is repeated.
+    The file only appears when it is complete.
 
     Errors: ``ValueError`` for another suffix, no pictures, pictures of different size, and fps <= 0;
     ``ModuleNotFoundError`` where a package is missing.
@@ -39,7 +40,7 @@ def write_movie(paths, path, fps=15):
     paths, path = [Path(p) for p in paths], Path(path)
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if path.suffix.lower() not in writers:
-        raise ValueError(f"a movie is a .gif or an .mp4; got {path.name!r}")
+        raise ValueError(f"the name of a movie must end in .gif or .mp4, got {path.name!r}")
     if not paths:
         raise ValueError("a movie needs at least one picture")
     check_movie(path.suffix.lower()[1:], fps)
@@ -49,7 +50,7 @@ def write_movie(paths, path, fps=15):
         with open_picture(picture) as image:
             sizes.setdefault(image.size, picture)
     if len(sizes) > 1:
-        raise ValueError("the pictures of a movie must have one size; got " + ", ".join(
+        raise ValueError("the pictures of a movie must all have the same size, got " + ", ".join(
             f"{w} x {h} ({picture.name})" for (w, h), picture in sizes.items()))
     part = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:

@@ -9,7 +9,7 @@ from pysph_boiling.phases import Phase
 __all__ = ["PANELS", "plot_history"]
 
 LEDGER_LIMIT = 1e-10  # residual of the energy ledger that a run in double precision must stay below
-RESIDUAL_FLOOR = 1e-18  # drawn in place of an exact zero, which a log axis has no room for
+RESIDUAL_FLOOR = 1e-18  # drawn in place of an exact zero, which a logarithmic axis cannot show
 DPI = 150
 BLUE, ORANGE, GREEN, PURPLE, YELLOW = "#3B7EBF", "#D9722A", "#2A8C6E", "#8E4585", "#E8C547"
 STYLE = {
@@ -23,15 +23,15 @@ STYLE = {
 
 
 def plot_history(results, path, dim=3):
-    """Draw the panels of :data:`PANELS` that ``results`` has columns for; returns their names, in order.
+    """Draw the panels of :data:`PANELS` for which ``results`` has columns; returns their names, in order.
 
     Parameters
     ----------
-    results : mapping   Column name -> array (n,), n >= 1, as from ``np.load("results.npz")``: SI units, one row per
-        step; ``t`` [s] is required. Counts of events, ``energy_in`` and ``energy_out`` [J] are totals since the start,
-        density errors are fractions [-].
-    path                The PNG to write.
-    dim : int           2 where energies are in J and masses in kg a metre of depth.
+    results : mapping   Column name -> array (n,), n >= 1, in SI units, as returned by
+        :func:`pysph_boiling.runs.ledger.load_results`; ``t`` [s] is required. Counts of events, ``energy_in`` and
+        ``energy_out`` [J] are totals since the start, density errors are fractions [-].
+    path                Path of the PNG file to write.
+    dim : int           In 2-D, energies are in J and masses in kg per metre of depth.
 
     Errors: ``ValueError`` where ``t`` is missing or empty, a column has another length, or no panel has a column.
     """
@@ -40,13 +40,13 @@ def plot_history(results, path, dim=3):
     columns = {name: np.asarray(results[name], dtype=float) for name in results}
     t = columns.get("t")
     if t is None or t.ndim != 1 or len(t) == 0:
-        raise ValueError("a history needs a column 't' [s] of at least one row")
+        raise ValueError("a history needs a column 't' [s] with at least one row")
     for name, values in columns.items():
         if values.shape != t.shape:
             raise ValueError(f"column {name!r} has shape {values.shape}, but 't' has {t.shape}")
     drawn = [name for name, (_, _, needs) in PANELS.items() if any(column in columns for column in needs)]
     if not drawn:
-        raise ValueError(f"no column to plot among {sorted(columns)}")
+        raise ValueError(f"there is no column to plot among {sorted(columns)}")
 
     with rc_context(STYLE):
         _draw_panels(drawn, t, columns, dim).savefig(path, dpi=DPI)
@@ -74,7 +74,7 @@ def _draw_panels(names, t, columns, dim=3):
     return figure
 
 
-# One function a panel: (axes, t, the columns that exist)
+# One function per panel, called with the axes, t, and those of its columns that exist.
 
 def _line(ax, t, values, label, colour, **style):
     style.setdefault("marker", "." if len(t) < 20 else None)
@@ -113,7 +113,7 @@ def _events(ax, t, columns):
     for name, (label, colour) in events.items():
         if name in columns:
             _line(ax, t, columns[name], label, colour)
-    ax.set_ylabel("count since start [-]")
+    ax.set_ylabel("particles since the start [-]")
     ax.set_ylim(bottom=0.0)
 
 
@@ -127,7 +127,7 @@ def _energy(ax, t, columns):
     if "energy_in" in columns and "energy_out" in columns:
         _line(ax, t, columns["energy_in"] - columns["energy_out"], "in − out", YELLOW, linestyle=(0, (3, 3)))
     if np.any(columns.get("energy_model_leak", 0.0)):
-        _line(ax, t, columns["energy_model_leak"], "leak of the model", PURPLE)
+        _line(ax, t, columns["energy_model_leak"], "error of the paper's formulas", PURPLE)
     ax.set_ylabel("energy [J]")
 
 
@@ -140,7 +140,7 @@ def _mechanics(ax, t, columns):
     for number, name in enumerate(shown):
         colour = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)[number % 5]
         _line(ax, t, works[name], name.removeprefix("work_"), colour, linestyle="-" if number < 5 else "--")
-    ax.set_ylabel("work since start [J]")
+    ax.set_ylabel("work since the start [J]")
 
 
 def _residual(ax, t, columns):
@@ -148,7 +148,7 @@ def _residual(ax, t, columns):
     ax.axhline(LEDGER_LIMIT, color=PHASE_COLOURS[Phase.VAPOUR], linewidth=1.0, linestyle="--",
                label="limit in double precision")
     ax.set_yscale("log")
-    ax.set_ylabel("|residual| [-]")
+    ax.set_ylabel("relative error [-]")
 
 
 def _temperature(ax, t, columns):
@@ -167,10 +167,10 @@ def _density(ax, t, columns):
 
 
 def _sweeps(ax, t, columns):
-    for name, label, colour in (("sweeps", "density sweeps", INK), ("heat_subcycles", "heat subcycles", ORANGE)):
+    for name, label, colour in (("sweeps", "density sweeps", INK), ("heat_subcycles", "heat substeps", ORANGE)):
         if name in columns:
             _line(ax, t, columns[name], label, colour, drawstyle="steps-post")
-    ax.set_ylabel("per step [-]")
+    ax.set_ylabel("number per step [-]")
     ax.set_ylim(bottom=0.0)
 
 
@@ -185,17 +185,16 @@ def _finish(ax, t):
         ax.legend(handles, labels)
 
 
-#: name of a panel -> its title, its function, and the columns of which it needs at least one; it also draws those that
-#: match a pattern
+#: Name of a panel -> its title, its function, and the columns (or patterns) that it draws; it needs at least one.
 PANELS = {
     "liquid": ("Liquid", _counts, ("n_liquid",)),
     "phases": ("Hot liquid and vapour", _counts, ("n_superheated", "n_held", "n_transition", "n_vapour")),
     "bubbles": ("Bubbles", _bubbles, ("n_bubbles", "bubble_radius_mean")),
     "events": ("Events", _events, ("n_nucleated", "n_burst", "n_condensed", "n_vented")),
     "temperature": ("Temperature", _temperature, ("T_mean", "T_max")),
-    "energy": ("Energy ledger", _energy, ("energy", "energy_in", "energy_out", "energy_model_leak")),
-    "mechanics": ("Mechanical ledger", _mechanics, ("work_*", "kinetic_energy")),
-    "residual": ("Energy ledger, residual", _residual, ("energy_residual",)),
+    "energy": ("Energy balance", _energy, ("energy", "energy_in", "energy_out", "energy_model_leak")),
+    "mechanics": ("Kinetic energy and work", _mechanics, ("work_*", "kinetic_energy")),
+    "residual": ("Error of the energy balance", _residual, ("energy_residual",)),
     "density": ("Density error", _density, ("density_error_mean", "density_error_max")),
-    "sweeps": ("Work per step", _sweeps, ("sweeps", "heat_subcycles")),
+    "sweeps": ("Sweeps and heat substeps", _sweeps, ("sweeps", "heat_subcycles")),
 }

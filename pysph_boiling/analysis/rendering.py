@@ -1,6 +1,4 @@
-"""Pictures of particles: one scene, the frames of a run, a sheet of frames; and files for ParaView.
-
-matplotlib is imported where it draws.
+"""Pictures of particles: one moment, all frames of a run, or a contact sheet of frames; and files for ParaView.
 """
 import json
 from pathlib import Path
@@ -33,9 +31,9 @@ from pysph_boiling.phases import Phase, at_saturation
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
            "load_output", "needed", "render_run", "write_paraview"]
 
-PALE = 0.55  # how far the liquid goes to white where bubbles have the colours
+PALE = 0.55  # mixed with this much white, liquid does not distract from coloured bubbles
 
-# colour -> label of the colour bar, offset, colour map, quantiles between which it runs
+# colour -> label of the colour bar, offset added to the values, colour map, quantiles at its ends
 SCALES = {
     "temperature": ("temperature [°C]", -273.15, "RdYlBu_r", (0.001, 0.999)),
     "speed": ("speed [m/s]", 0.0, "viridis", (0.0, 0.995)),
@@ -43,37 +41,37 @@ SCALES = {
 }
 COLOURS = ("phase", "bubble", *SCALES)
 
-# The discs that make one ball, bottom to top: diameter, shift to the light, both in diameters; lightness -1 .. 1.
+# The discs that make one ball, bottom to top: diameter and shift to the light, both in diameters; lightness -1 .. 1.
 DISC = ((1.0, 0.0, -0.3), (0.84, 0.0, 0.0))
 BALL = ((1.0, 0.0, -0.55), (0.9, 0.02, -0.22), (0.72, 0.06, 0.0), (0.42, 0.13, 0.22), (0.18, 0.19, 0.6))
 
 DPI = 150
-LONGEST = 6.0  # [inch] longer side of the picture proper
+LONGEST = 6.0  # [inch] longer side of the picture without its margins
 MARGINS = SimpleNamespace(left=0.75, right=1.65, bottom=0.55, top=0.45)  # [inch]
 
 
 def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y", view="slice", title=None,
                bounds=None, limits=None):
-    """Draw the particles of one moment into a PNG; returns its path.
+    """Draw the particles of one moment to a PNG file; returns its path.
 
-    Discs have the size of the particles (diameter ``spacing``) whatever the axes. In 2-D every particle is drawn. In
-    3-D ``view="slice"`` shows the liquid within one spacing of the middle plane and *all* vapour in front of it, paler
-    the farther away; ``view="3d"`` shows the vessel's edges, the vapour as balls and the free surface as faint dots
-    (all the fluid if the scene has no phases). The colour "superheated" is for liquid above T_sat; liquid that an
-    interruption holds at T_sat has the colour "held".
+    Particles are discs with a diameter of ``spacing``. In 2-D every particle is drawn. In 3-D ``view="slice"`` shows
+    the liquid within one spacing of the middle plane and *all* vapour, paler the farther away it is. ``view="3d"``
+    shows the edges of the vessel, the vapour as balls and the free surface as faint dots (all the fluid if the scene
+    has no phases). The colour "superheated" is for liquid above T_sat; liquid that an interruption holds at T_sat has
+    the colour "held".
 
     Parameters
     ----------
     arrays : dict     Name -> particle array with ``x, y, z`` [m], each of shape (n,), and ``properties``; as loaded by
-        ``pysph.solver.utils.load(file)["arrays"]``. A name that holds "site" is of nucleation sites; one that holds
-        "wall", "solid", "bound" or "vessel", or an array with ``heated``, is a wall; the rest is fluid.
-    dim, spacing      2 or 3; spacing of the particles [m].
+        ``pysph.solver.utils.load(file)["arrays"]``. An array with "site" in its name has nucleation sites; one with
+        "wall", "solid", "bound" or "vessel" in its name, or with the property ``heated``, is a wall; the rest is fluid.
+    dim, spacing      Number of dimensions, 2 or 3; spacing of the particles [m].
     t : float         Time [s], printed in the title.
-    colour : str      "phase", "bubble", "temperature", "speed" or "density". None: bubble in the 3-D view, else phase;
-        speed where the scene has no such property.
+    colour : str      "phase", "bubble", "temperature", "speed" or "density". If not given, "bubble" in the 3-D view and
+        "phase" otherwise, or "speed" if the scene lacks that property.
     slice_axis : str  The axis to look along in a slice: "x", "y" or "z" (3-D).
-    bounds : (2, 3)   Lower and upper corner of what is shown [m]; None: walls and fluid.
-    limits : (2,)     Ends of the colour scale, in the unit printed at it; None: from the fluid.
+    bounds : (2, 3)   Lower and upper corner of the region to show [m]; all walls and fluid if not given.
+    limits : (2,)     Ends of the colour scale, in the unit printed at it; from the fluid if not given.
 
     Errors: ``ValueError`` for an unknown view, colour or axis, a scene without fluid, and a colour whose property the
     fluid lacks.
@@ -118,16 +116,16 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
 def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y", size=(1280, 960), track=iter):
     """Draw a run's output files as ``frame_00000.png``, ``frame_00001.png``, ...; returns their paths.
 
-    ``output_dir`` holds the files of a PySPH run (hdf5 or npz) and, if it is one of ours, ``run.json``, whose ``dim``,
-    ``spacing`` [m] and ``scene`` are used; otherwise both are estimated from the particles. Every ``every``-th file is
-    drawn into ``out`` (default ``<output_dir>/frames``), from which frames that were drawn before are deleted. View and
-    colour scale are the same in all frames: they come from the first, middle and last.
+    ``output_dir`` holds the HDF5 files of a PySPH run. ``dim``, ``spacing`` [m] and ``scene`` are read from its
+    ``run.json``; without one, they are estimated from the particles. Every ``every``-th file is drawn to ``out``
+    (default ``<output_dir>/frames``), and frames from an earlier call are deleted. All frames have the same view and
+    colour scale, taken from the first, middle and last file.
 
-    ``view`` is one of :func:`draw_scene`, or "surface": :func:`~pysph_boiling.analysis.surface.draw_surface`, pictures
-    of ``size`` pixels. ``track`` wraps the list of files, to show progress.
+    ``view`` is a view of :func:`draw_scene`, or "surface" for pictures of ``size`` pixels by
+    :func:`~pysph_boiling.analysis.surface.draw_surface`. ``track`` wraps the list of files, to show progress.
 
-    Errors: ``FileNotFoundError`` where the folder holds no output; ``FileExistsError`` for a file of the user's in the
-    way; those of the function that draws.
+    Errors: ``FileNotFoundError`` if the folder holds no output; ``FileExistsError`` if a file of the user would be
+    overwritten; and those of the function that draws.
     """
     files = _output_files(output_dir, every)
     record = Path(output_dir) / "run.json"
@@ -163,14 +161,15 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
 
 
 def write_paraview(output_dir, *, every=1, out=None, track=iter):
-    """Write a run for ParaView by PySPH's own ``dump_vtk``; returns the collections to open, one for each array.
+    """Write a run for ParaView with PySPH's ``dump_vtk``; returns the paths of the collections to open, one per array.
 
-    Every array of every ``every``-th output becomes a ``.vtu`` in ``out`` (default ``<output_dir>/paraview``), with all
-    properties that the output holds and the vector ``velocity``. ``<array>.pvd`` lists them with their times [s].
+    Every array of every ``every``-th output is written as a ``.vtu`` file to ``out`` (default
+    ``<output_dir>/paraview``), with all properties in the output and the vector ``velocity``. The collection
+    ``<array>.pvd`` lists these files with their times [s].
 
-    Errors: ``FileNotFoundError`` where the folder holds no output, ``ModuleNotFoundError`` without pyvisfile.
+    Errors: ``FileNotFoundError`` if the folder holds no output, ``ModuleNotFoundError`` without pyvisfile.
     """
-    needed("pyvisfile")  # dump_vtk's lighter writer; with mayavi it would do as well, but that needs a display
+    needed("pyvisfile")  # one of the two writers of dump_vtk; the other, mayavi, needs a display
     from pysph.solver.vtk_output import dump_vtk
 
     files = _output_files(output_dir, every)
@@ -198,9 +197,10 @@ def write_paraview(output_dir, *, every=1, out=None, track=iter):
 
 
 def contact_sheet(paths, path, columns=3, count=9, width=2400):
-    """One PNG of at most ``count`` of the pictures ``paths``, evenly chosen, first and last included.
+    """Write one PNG of at most ``count`` of the pictures ``paths``, evenly chosen, including the first and the last.
 
-    Rows are filled left to right; pictures are averaged down so that the sheet is about ``width`` pixels wide or less.
+    Rows are filled from left to right. Pictures are scaled down so that the sheet is at most about ``width`` pixels
+    wide.
     """
     from matplotlib.image import imread, imsave
 
@@ -223,7 +223,7 @@ def contact_sheet(paths, path, columns=3, count=9, width=2400):
 
 
 def _averaged(picture, shrink):
-    """The picture (h, w, 3) with every ``shrink`` x ``shrink`` pixels averaged; leftover rows and columns are cut."""
+    """The picture (h, w, 3) averaged over blocks of ``shrink`` x ``shrink`` pixels; incomplete blocks are cut off."""
     h, w = picture.shape[0] // shrink, picture.shape[1] // shrink
     return picture[:h * shrink, :w * shrink].reshape(h, shrink, w, shrink, 3).mean(axis=(1, 3))
 
@@ -235,9 +235,9 @@ def _averaged(picture, shrink):
 
 
 def _drawn_into(output_dir, out, name):
-    """(folder, :class:`Manifest`) for what is drawn of a run: ``out``, or the folder ``name`` of the run's own.
+    """(folder, :class:`Manifest`) for pictures of a run: ``out``, or the folder ``name`` in the folder of the run.
 
-    What was drawn there before is removed.
+    Files from an earlier call are removed from it.
     """
     listed = Manifest(output_dir if out is None else out)
     folder = listed.folder / name if out is None else listed.folder
@@ -249,12 +249,12 @@ def _drawn_into(output_dir, out, name):
 def _output_files(output_dir, every):
     files = output_files(output_dir)[:: int(every)]
     if not files:
-        raise FileNotFoundError(f"no particle files (HDF5) in {output_dir}")
+        raise FileNotFoundError(f"there are no particle files (HDF5) in {output_dir}")
     return files
 
 
 def load_output(file):
-    """Arrays and time [s] of an output file, without the properties that it only names (they would read as zero)."""
+    """Arrays and time [s] of an output file, without properties that the file names but does not store."""
     arrays, solver_data = read_output(file)
     for pa in arrays.values():
         for name in set(pa.properties) - set(pa.output_property_arrays) - {"x", "y", "z", "tag", "gid", "pid"}:
@@ -279,14 +279,14 @@ def _pick_colour(fluid, colour, view):
         wanted = ("bubble", "phase", "speed") if view == "3d" else ("phase", "speed")
         return next((c for c in wanted if have_all(fluid, *NEEDS[c])), "density")
     if colour not in COLOURS:
-        raise ValueError(f"colour must be one of {', '.join(COLOURS)}; got {colour!r}")
+        raise ValueError(f"colour must be one of {', '.join(COLOURS)}, got {colour!r}")
     if not have_all(fluid, *NEEDS[colour]):
-        raise ValueError(f"colour {colour!r} needs the properties {', '.join(NEEDS[colour])} of the fluid")
+        raise ValueError(f"colour {colour!r} needs the properties {', '.join(NEEDS[colour])}, which the fluid lacks")
     return colour
 
 
 def _values(fluid, colour):
-    """Scalar (n,) that the colour scale shows, in its unit."""
+    """Values (n,) for the colour scale, in its unit."""
     raw = np.linalg.norm(joined(fluid, "u", "v", "w"), axis=1) if colour == "speed" else joined(
         fluid, NEEDS[colour][0])
     return raw + SCALES[colour][1]
@@ -327,7 +327,7 @@ def _parallel(axis, bounds):
 
 
 def _perspective(bounds, azimuth=-62.0, elevation=16.0, distance=3.2):
-    """Look at the box from ``distance`` diagonals away [degrees; the up axis is z]; returns as :func:`_parallel`."""
+    """Look at the box from ``distance`` diagonals away; angles in degrees, z is up. Returns the same as `_parallel`."""
     a, b = np.radians([azimuth, elevation])
     toward = np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -347,7 +347,7 @@ def _perspective(bounds, azimuth=-62.0, elevation=16.0, distance=3.2):
 # Paint
 
 def _canvas(figure_class, window):
-    """Figure and axes of fixed place, with equal scales; an even number of pixels each way, as video codecs ask."""
+    """Figure and axes of fixed position with equal scales, and an even number of pixels, which video codecs need."""
     span = window[1] - window[0]
     width, height = LONGEST * span / span.max()
     width, height = max(width, 1.0), max(height, 1.0)
@@ -365,13 +365,16 @@ def _canvas(figure_class, window):
 
 
 def _lighten(rgb, amount):
-    """Mix colours (n, 3) with white (amount > 0) or black (< 0); ``amount`` a number or (n,)."""
+    """Mix colours (n, 3) with white (amount > 0) or black (amount < 0); ``amount`` is a number or (n,)."""
     amount = np.asarray(amount, dtype=float)[..., None]
     return np.clip(rgb + np.where(amount > 0.0, amount * (1.0 - rgb), amount * rgb), 0.0, 1.0)
 
 
 def _balls(painter, points, rgb, discs, *, diameter=1.0, fog=0.0, alpha=None):
-    """Paint particles (n, 3) far to near as stacks of discs; ``diameter`` in spacings, ``fog`` pales the far."""
+    """Paint particles (n, 3) from far to near as stacks of discs.
+
+    ``diameter`` is in spacings; ``fog`` makes distant particles paler.
+    """
     from matplotlib.collections import EllipseCollection
 
     place, depth, size = painter.camera.project(points)
@@ -435,7 +438,7 @@ def _paint_slice(painter, scene, colour, limits, whole):
         _balls(painter, where[shown(where)], shade[shown(where)], DISC)
     liquid = shown(points) & ~vapour
     _balls(painter, points[liquid], rgb[liquid], DISC)
-    fog = 0.0 if whole or colour in SCALES else 0.45  # a colour that is a number must not pale
+    fog = 0.0 if whole or colour in SCALES else 0.45  # colours that stand for numbers must stay unchanged
     _balls(painter, points[vapour], rgb[vapour], DISC if whole else BALL, fog=fog)
     _paint_sites(painter, scene, 45)
 
@@ -482,7 +485,7 @@ def _free_surface(points, spacing):
 
 
 def _annotate(figure, ax, scene, view, colour, limits, *, title, t):
-    """Title, legend and colour scale, in the margin at the right so that the picture never moves between frames."""
+    """Draw title, legend and colour scale in the right margin, so that the picture does not move between frames."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -501,7 +504,7 @@ def _annotate(figure, ax, scene, view, colour, limits, *, title, t):
 
 
 def _legend_entries(scene, view, colour):
-    """One entry for each kind of thing that is in the picture; the numbers are those of the whole scene."""
+    """One legend entry for each kind of particle in the picture, with its number in the whole scene."""
     from matplotlib.lines import Line2D
 
     def dot(label, face, marker="o", **style):

@@ -1,4 +1,4 @@
-"""Size, place and shape of bubbles over time, from the particle files of a run; and what is read off such a history."""
+"""Size, position and shape of bubbles over time, from the particle files of a run, and quantities derived from them."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from pysph_boiling.schemes.vapour import nearest_image
 __all__ = ["PIECE", "Event", "Shape", "lasting", "mendelson", "merger", "pulsation", "rise_speed", "shapes", "split",
            "track"]
 
-PIECE = {2: 4, 3: 8}  # particles from which vapour counts as a bubble of its own; what is less is a splash
+PIECE = {2: 4, 3: 8}  # smallest number of particles that counts as a bubble of its own; fewer are a splash
 LASTS = 0.05  # [s] that bubbles must stay merged or apart
 SEMI_AXIS = {2: 4.0, 3: 5.0}  # squared semi-axis of a full ellipse or ellipsoid over the variance along it
 
@@ -20,10 +20,10 @@ SEMI_AXIS = {2: 4.0, 3: 5.0}  # squared semi-axis of a full ellipse or ellipsoid
 class Shape:
     """One bubble at one moment. Lengths in m, volumes in m^dim (in 2-D areas).
 
-    ``label`` smallest uid; ``n`` particles; ``volume`` rest volume of its vapour; ``centroid`` (3,); ``mean_radius``
-    mean distance from the centroid (the paper, eq. 24); ``width``, ``height`` horizontal and vertical axis of the
-    ellipse or ellipsoid of the same second moments, and ``occupied`` its volume: it swells and shrinks with the
-    bubble, but not where the bubble only flattens.
+    ``label`` is its smallest uid, ``n`` its number of particles, ``volume`` the rest volume of its vapour, ``centroid``
+    (3,) its centroid, and ``mean_radius`` the mean distance from the centroid (the paper, eq. 24). ``width`` and
+    ``height`` are the horizontal and vertical axes of the ellipse or ellipsoid with the same second moments, and
+    ``occupied`` is the volume of that ellipsoid, which does not change when the bubble only flattens.
     """
 
     label: int
@@ -37,7 +37,7 @@ class Shape:
 
     @property
     def aspect(self):
-        """Width over height [-]: above 1 a bubble is flat."""
+        """Width over height [-], above 1 for a flat bubble."""
         return self.width / self.height if self.height > 0.0 else np.nan
 
 
@@ -70,7 +70,7 @@ def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
 
 
 def largest(fluid, t, dim, rho0, period=(0.0, 0.0, 0.0)):
-    """What :func:`track` has of one moment ``t`` [s], as a dict; empty where a fluid array holds no vapour."""
+    """The row of :func:`track` for one moment ``t`` [s], as a dict; empty if a fluid array has no vapour."""
     found = shapes(fluid, dim, rho0, period)
     if not found:
         return {}
@@ -86,28 +86,27 @@ def largest(fluid, t, dim, rho0, period=(0.0, 0.0, 0.0)):
 
 
 def history(rows):
-    """Column -> array (rows,) of the ``rows`` of :func:`largest` that hold vapour."""
+    """Column -> array (rows,) from the non-empty ``rows`` of :func:`largest`."""
     rows = [row for row in rows if row]
     return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
 
 
 def track(files, dim, rho0, period=(0.0, 0.0, 0.0)):
-    """History of the bubbles of a run, one row for each of its particle ``files`` that holds vapour.
+    """History of the bubbles of a run, with one row for each of its particle ``files`` that has vapour.
 
     ``dim``, ``rho0`` and ``period`` are those of :func:`shapes`.
 
-    Returns column -> array (rows,): ``t`` [s]; ``bubbles`` of at least ``PIECE`` particles, and the particles in them,
-    ``whole``; ``n`` and ``volume`` [m^dim] of all vapour; ``n1``, ``volume1`` and so on of the largest bubble (``x1``,
-    ``height1``: its centroid [m]; ``mean_radius1``, ``width1``, ``tall1`` [m]; ``occupied1`` [m^dim]; ``aspect1``);
-    ``n2``, ``x2`` and ``height2`` of the second largest, NaN where there is none.
+    Returns column -> array (rows,): ``t`` [s]; ``bubbles``, the number of bubbles of at least ``PIECE`` particles, and
+    ``whole``, the number of particles in them; ``n`` and ``volume`` [m^dim] of all vapour; for the largest bubble
+    ``n1``, ``volume1``, its centroid ``x1``, ``height1`` [m], ``mean_radius1``, ``width1``, ``tall1`` [m],
+    ``occupied1`` [m^dim] and ``aspect1``; for the second largest ``n2``, ``x2`` and ``height2``, NaN if there is none.
     """
     return history(largest(arrays["fluid"], t, dim, rho0, period) for arrays, t in map(load_output, files))
 
 
 def rise_speed(t, height, low, high):
-    """Slope [m/s] of a straight line through the ``height`` [m] over time ``t`` [s], between two heights [m].
-
-    NaN with fewer than three moments between them.
+    """Slope [m/s] of a straight line fitted to ``height`` [m] over time ``t`` [s] between the heights ``low`` and
+    ``high`` [m]; NaN with fewer than three moments between them.
     """
     t, height = np.asarray(t), np.asarray(height)
     between = (height >= low) & (height <= high)
@@ -115,20 +114,20 @@ def rise_speed(t, height, low, high):
 
 
 def mendelson(radius, g=9.81, sigma=0.0, rho=1.0):
-    """Speed [m/s] at which a bubble of equivalent ``radius`` [m] rises in much still liquid, sqrt(g R + sigma/(rho R)).
+    """Rise speed [m/s] of a bubble of equivalent ``radius`` [m] in a large still liquid, sqrt(g R + sigma/(rho R)).
 
-    Source: H. D. Mendelson, AIChE J. 13, 1967. For large bubbles it is what Davies & Taylor measured in 1950, 0.71
-    sqrt(g d) with d = 2 R.   Limits   Bubbles of some millimetres and more in 3-D, far from walls.
+    Source: H. D. Mendelson, AIChE J. 13, 1967. For large bubbles it agrees with the measurement of Davies & Taylor
+    (1950), 0.71 sqrt(g d) with d = 2 R.   Limits   3-D bubbles of some millimetres and more, far from walls.
     """
     return float(np.sqrt(g * radius + sigma / (rho * radius)))
 
 
 def pulsation(t, values, periods):
-    """(relative amplitude, period [s], share): the sine that fits ``values`` over time ``t`` [s] best.
+    """(relative amplitude, period [s], share) of the sine that fits ``values`` over time ``t`` [s] best.
 
-    A parabola is fitted along with it, so that growth is no pulsation; ``periods`` [s] are tried; ``share`` is the part
-    of the variance round the parabola that the sine explains [-]. NaN for fewer than eight values, or where they last
-    for less than a period and a half of every one that is tried.
+    The period is one of ``periods`` [s]. A parabola is fitted together with the sine, so that growth does not count as
+    pulsation; ``share`` [-] is the fraction of the variance about the parabola that the sine explains. NaN for fewer
+    than eight values, or if they span less than one and a half of each of the periods.
     """
     t, values = np.asarray(t, dtype=float), np.asarray(values, dtype=float)
     periods = [period for period in np.atleast_1d(periods) if len(t) > 7 and np.ptp(t) >= 1.5 * period]
@@ -150,7 +149,7 @@ def pulsation(t, values, periods):
 
 
 def lasting(t, holds, least):
-    """First time [s] from which ``holds`` (n,) is true for at least ``least`` [s]; NaN if it never is."""
+    """First time [s] from which ``holds`` (n,) stays true for at least ``least`` [s]; NaN if there is none."""
     t, holds = np.asarray(t), np.asarray(holds, dtype=bool)
     begin = None
     for moment, here in zip(t, holds):
@@ -165,10 +164,10 @@ def lasting(t, holds, least):
 
 @dataclass(frozen=True)
 class Event:
-    """Two bubbles become one, or one becomes several: ``t`` [s] of the first moment after it.
+    """A merger of two bubbles into one, or a split of one into several; ``t`` [s] is the first moment after it.
 
-    ``before`` and ``after`` are the particles of all bubbles of at least ``PIECE`` particles; ``smaller`` those of the
-    smaller of the two before a merger, or of the two largest daughters.
+    ``before`` and ``after`` are numbers of particles in all bubbles of at least ``PIECE`` particles; ``smaller`` is the
+    number in the smaller of the two bubbles before a merger, or of the two largest ones after a split.
     """
 
     t: float
@@ -178,22 +177,22 @@ class Event:
 
     @property
     def ratio(self):
-        """Vapour after over vapour before, by number of particles [-]."""
+        """Vapour after the event over vapour before it, by number of particles [-]."""
         return self.after / self.before
 
 
 def merger(history):
-    """The :class:`Event` by which two bubbles became one for good, from :func:`track`; ``None`` if they did not."""
+    """The :class:`Event` in a history from :func:`track` by which two bubbles merged for good, or ``None``."""
     return _event(history, history["bubbles"] == 1, history["bubbles"] >= 2)
 
 
 def split(history):
-    """The :class:`Event` by which one bubble became two or more, from :func:`track`; ``None`` if it did not."""
+    """The :class:`Event` in a history from :func:`track` by which one bubble split, or ``None``."""
     return _event(history, history["bubbles"] >= 2, history["bubbles"] == 1)
 
 
 def _event(history, new, old):
-    """The change from ``old`` (n,) to ``new`` (n,) that lasts."""
+    """The lasting change from the state ``old`` (n,) to the state ``new`` (n,)."""
     t = history["t"]
     begin = int(np.argmax(old)) if np.any(old) else len(t)
     moment = lasting(t[begin:], new[begin:], LASTS)

@@ -1,8 +1,8 @@
 """A rendered view of a 3-D state: the water with its surface reconstructed, bubbles inside, and the vessel.
 
-The surfaces are those of pysplashsurf: level sets of the particles' density, smoothed. Light is worked out here, at the
-vertices: reflection after Schlick, and absorption along the straight path through the water to the eye. pyvista paints
-the result off-screen; no display is needed.
+pysplashsurf reconstructs the surfaces as smoothed level sets of the particles' density. The light at the vertices is
+computed here: reflection after Schlick, and absorption along the straight path through the water to the eye. pyvista
+paints the result off-screen, so no display is needed.
 """
 import ctypes
 import sys
@@ -30,39 +30,39 @@ from pysph_boiling.analysis.drawing import (
 
 __all__ = ["check_surface", "draw_surface"]
 
-SKY, HORIZON, GROUND = "#5E9BD3", "#FFFFFF", "#8FA9BD"  # what the water mirrors, by height
+SKY, HORIZON, GROUND = "#5E9BD3", "#FFFFFF", "#8FA9BD"  # surroundings that the water mirrors, by height
 SHALLOW, DEEP = "#A4DDEE", "#0A4C8C"  # water after a short and a long path
 STEAM = "#F2FAFF"
 SLAB, HOT, SITE, EDGE = "#A3ABB4", "#E2622A", "#4A2B20", "#74838F"
 BACKGROUND = "#FAFCFD", "#CBD7E1"  # top, bottom
 LIGHT = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])  # towards the lamp
-AZIMUTH, ELEVATION, LENS = -62.0, 18.0, 24.0  # where the eye is, and the height of its picture [degrees]
-SLAB_HEIGHT = 2.0  # of the base, in spacings
-FINE = 2  # pixels rendered for one of the picture, each way
+AZIMUTH, ELEVATION, LENS = -62.0, 18.0, 24.0  # direction of the eye and its angle of view [degrees]
+SLAB_HEIGHT = 2.0  # height of the base, in spacings
+FINE = 2  # pixels rendered per pixel of the picture, along each axis
 CUBE = 0.9  # edge of the cubes of the level set, in radii of a particle
 
 
 def check_surface(dim, colour=None):
-    """Raise what :func:`draw_surface` would, before anything is drawn."""
+    """Raise the errors of :func:`draw_surface` before anything is drawn."""
     if dim != 3:
-        raise ValueError(f"the surface view needs three dimensions; this scene has {dim}")
+        raise ValueError(f"the surface view needs three dimensions, but this scene has {dim}")
     if colour not in (None, "bubble"):
-        raise ValueError(f"in the surface view colour is 'bubble' or not given; got {colour!r}")
+        raise ValueError(f"in the surface view colour must be 'bubble' or left out, got {colour!r}")
     needed("pysplashsurf")
     needed("pyvista")
 
 
 def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None, colour=None, size=(1280, 960)):
-    """Render the state of one moment into a PNG; returns its path.
+    """Render the state of one moment to a PNG file; returns its path.
 
     Parameters
     ----------
     arrays, dim, spacing, t, title, bounds : as :func:`~pysph_boiling.analysis.rendering.draw_scene`; ``dim`` must be 3
-    colour : str      "bubble" gives every bubble the colour of its label; None: all are clear.
+    colour : str      "bubble" gives every bubble the colour of its label; if not given, all bubbles are clear.
     size : (2,)       Width and height of the picture [pixel].
 
-    Errors: ``ValueError`` for 2-D, an unknown colour or a scene without fluid; ``ModuleNotFoundError`` where pyvista or
-    pysplashsurf is not installed; ``OSError`` where there is no OpenGL.
+    Errors: ``ValueError`` for 2-D, an unknown colour or a scene without fluid; ``ModuleNotFoundError`` if pyvista or
+    pysplashsurf is not installed; ``OSError`` if there is no OpenGL.
     """
     check_surface(dim, colour)
     if not spacing > 0.0:
@@ -82,7 +82,7 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
 
 
 def _fluid(scene, bounds):
-    """Places (n, 3), phase, bubble and swell of the fluid, without what was lost far away."""
+    """Positions (n, 3), phase, bubble and swell of the fluid, without particles far outside the bounds."""
     points = positions(scene.fluid)
     near = np.all(np.abs(points - bounds.mean(axis=0)) <= 1.5 * np.ptp(bounds, axis=0), axis=1)
     label, swell = (joined(scene.fluid, name) if have_all(scene.fluid, name) else np.full(len(points), default)
@@ -94,7 +94,7 @@ def _fluid(scene, bounds):
 # Surfaces: points (n, 3) [m], unit normals (n, 3) outwards, triangles (m, 3)
 
 def _reconstruct(points, spacing):
-    """Closed surface around particles (n, 3), without the hollows between them."""
+    """Closed surface around particles (n, 3), without the inner surfaces of hollows."""
     mesh, _ = needed("pysplashsurf").reconstruction_pipeline(
         np.ascontiguousarray(points), particle_radius=0.5 * spacing, smoothing_length=3.0, cube_size=CUBE,
         iso_surface_threshold=0.6, mesh_smoothing_weights=True, mesh_smoothing_iters=10, mesh_cleanup=True,
@@ -102,7 +102,7 @@ def _reconstruct(points, spacing):
     points, triangles = np.array(mesh.mesh.vertices), np.array(mesh.mesh.triangles, dtype=np.int64)
     piece = _pieces(triangles, len(points))
     volume = np.bincount(piece[triangles[:, 0]], _volumes(points, triangles), minlength=len(points))
-    outer = volume[piece[triangles[:, 0]]] > 0.0  # a hollow is seen from inside
+    outer = volume[piece[triangles[:, 0]]] > 0.0  # the surface of a hollow has a negative volume
     return SimpleNamespace(points=points, normals=np.array(mesh.point_attributes["normals"]), piece=piece,
                            triangles=triangles[outer])
 
@@ -121,16 +121,16 @@ def _pieces(triangles, n):
 
 
 def _volumes(points, triangles):
-    """Volumes (m,) [m^3] between triangles and the origin, > 0 seen from outside; the sum is that of a closed mesh."""
+    """Signed volumes (m,) [m^3] between triangles and the origin; their sum is the volume of a closed mesh."""
     a, b, c = points[triangles].transpose(1, 0, 2)
     return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
 
 
 def _water(fluid, spacing, vessel, *, walled, eye, depth):
-    """Free surface and faces at the walls, lit.
+    """The lit free surface and the lit faces at the walls.
 
-    The particles are mirrored in the walls, so that the surface meets these as it stands there, and what lies beyond is
-    pressed flat onto them.
+    Particles are mirrored at the walls, so that the surface meets the walls naturally; the mesh beyond a wall is
+    flattened onto it.
     """
     points = fluid.points
     for k in range(3):
@@ -147,7 +147,7 @@ def _water(fluid, spacing, vessel, *, walled, eye, depth):
     corners = mesh.points[mesh.triangles]
     turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     wet = np.all(np.any((mesh.points == low) | (mesh.points == high), axis=1)[mesh.triangles], axis=1)
-    side = np.where(wet, np.abs(turned).argmax(axis=1), 3)  # the axis of the wall that a triangle lies on, 3 for none
+    side = np.where(wet, np.abs(turned).argmax(axis=1), 3)  # axis of the wall on which a triangle lies, 3 for none
     parts = [_lit_water(mesh, mesh.normals, side == 3, eye, path, free=True)]
     for k, sign in np.ndindex(3, 2):
         normals = np.zeros_like(mesh.points)
@@ -158,7 +158,7 @@ def _water(fluid, spacing, vessel, *, walled, eye, depth):
 
 
 def _smooth(values, triangles, times):
-    """Values (n,) at the vertices, averaged over the triangles around each."""
+    """Values (n,) at the vertices, averaged ``times`` times over the triangles around each vertex."""
     weight = np.maximum(np.bincount(triangles.ravel(), minlength=len(values)), 1)
     for _ in range(times):
         means = np.repeat(values[triangles].mean(axis=1), 3)
@@ -167,7 +167,7 @@ def _smooth(values, triangles, times):
 
 
 def _lit_water(mesh, normals, chosen, eye, path, *, free):
-    """Some triangles in colour: what turns to the eye mirrors the surroundings, the rest closes the body of water."""
+    """The chosen triangles with colours: front faces mirror the surroundings, back faces show the body of water."""
     used, triangles = np.unique(mesh.triangles[chosen], return_inverse=True)
     points, normals, path = mesh.points[used], normals[used], path[used]
     view, facing = _toward(eye, points, normals)
@@ -186,7 +186,7 @@ def _lit_water(mesh, normals, chosen, eye, path, *, free):
 
 
 def _bubbles(fluid, spacing, vessel, colour, *, eye, depth):
-    """Each bubble's own surface, lit; only the side that faces the eye."""
+    """The lit surface of each bubble, only the side that faces the eye."""
     parts = []
     for label in np.unique(fluid.label[fluid.vapour]):
         own = fluid.vapour & (fluid.label == label)
@@ -197,8 +197,10 @@ def _bubbles(fluid, spacing, vessel, colour, *, eye, depth):
 
 
 def _bubble(points, volume):
-    """Surface of the given volume [m^3] around particles (n, 3): smoothing shrinks, so its pieces are blown up again,
-    each where it is."""
+    """Surface around particles (n, 3) that encloses a given volume [m^3].
+
+    Smoothing shrinks the surface, so each of its pieces is scaled up again about its centre.
+    """
     mesh = _reconstruct(points, np.cbrt(volume / len(points)))
     count = np.maximum(np.bincount(mesh.piece, minlength=len(mesh.points)), 1)
     centre = np.column_stack([np.bincount(mesh.piece, x, minlength=len(count)) / count for x in mesh.points.T])
@@ -227,19 +229,19 @@ def _lit_bubble(mesh, tint, eye, depth):
 # Light
 
 def _toward(eye, points, normals):
-    """Unit vectors (n, 3) from points to the eye, and their product with the normals (n,)."""
+    """Unit vectors (n, 3) from points to the eye, and their scalar products with the normals (n,)."""
     view = eye - points
     view /= np.linalg.norm(view, axis=1)[:, None]
     return view, np.einsum("ij,ij->i", view, normals)
 
 
 def _schlick(cosine):
-    """Share of light that water mirrors."""
+    """Fraction of light that water reflects (Schlick's formula)."""
     return 0.02 + 0.98 * (1.0 - np.clip(cosine, 0.0, 1.0))**5
 
 
 def _sky(view, normals, facing):
-    """What a mirror shows of the surroundings (n, 3), and how much of the lamp (n,)."""
+    """Colours (n, 3) of the surroundings in a mirror, and the brightness of the lamp in it (n,)."""
     ray = 2.0 * facing[:, None] * normals - view
     up, down = np.clip(ray[:, 2:], 0.0, 1.0), np.clip(-4.0 * ray[:, 2:], 0.0, 1.0)
     colour = _mix(_mix(to_rgb(HORIZON), to_rgb(SKY), up), to_rgb(GROUND), down)
@@ -251,9 +253,10 @@ def _mix(a, b, share):
 
 
 def _path_in_water(points, spacing, eye):
-    """Function of places (n, 3): path (n,) through water from there to the eye, in edges of a cube of all the water.
+    """A function of positions (n, 3) that returns the length (n,) of the path through water to the eye.
 
-    In that unit a glass and a basin are equally clear: the picture of a scene does not depend on its size.
+    The unit of length is the edge of a cube with the volume of all the water, so that the picture of a scene does not
+    depend on its size.
     """
     low = points.min(axis=0) - 2.0 * spacing
     cells = np.floor((points - low) / spacing).astype(int)
@@ -284,7 +287,7 @@ def _path_in_water(points, spacing, eye):
 # Picture
 
 def _camera(box, size):
-    """Eye, target [m] and up of a view that holds the box (2, 3)."""
+    """Eye [m], target [m] and up direction of a view that contains the box (2, 3)."""
     a, b = np.radians([AZIMUTH, ELEVATION])
     toward = np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -311,11 +314,11 @@ def _paint(scene, parts, path, camera, vessel, spacing, size, text):
     from matplotlib.image import imsave
 
     pv = needed("pyvista")
-    with pv.vtk_verbosity("error"):  # without a display VTK warns, and goes on without
+    with pv.vtk_verbosity("error"):  # VTK warns if there is no display, but works without one
         plotter = pv.Plotter(off_screen=True, window_size=[FINE * length for length in size], lighting="none")
     try:
         _check_opengl(plotter.render_window)
-        plotter.render_window.SetMultiSamples(0)  # they leave out what is clear; more pixels do not
+        plotter.render_window.SetMultiSamples(0)  # it ignores transparent faces; more pixels do not
         plotter.set_background(BACKGROUND[1], top=BACKGROUND[0])
         _paint_vessel(pv, plotter, scene, vessel, spacing)
         _paint_clear(pv, plotter, parts, camera.eye)
@@ -335,20 +338,20 @@ def _paint(scene, parts, path, camera, vessel, spacing, size, text):
 
 
 def _give_memory_back():
-    """Without this the heap of glibc grows by the size of a picture with each: its free parts are too scattered."""
+    """Return free memory to the system; otherwise glibc's heap grows by the size of a picture with each picture."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform.startswith("linux") else None
     if trim is not None:
         trim(0)
 
 
 def _check_opengl(window):
-    """Raise ``OSError`` where VTK, having found neither a display nor EGL, would crash."""
+    """Raise ``OSError`` if VTK found neither a display nor EGL, in which case it would crash."""
     if window.GetClassName() == "vtkOSOpenGLRenderWindow" and find_library("OSMesa") is None:
-        raise OSError("no OpenGL to render with (Debian, Ubuntu: apt install libegl1 libgl1-mesa-dri)")
+        raise OSError("there is no OpenGL to render with (on Debian or Ubuntu: apt install libegl1 libgl1-mesa-dri)")
 
 
 def _paint_clear(pv, plotter, parts, eye):
-    """Everything that lets light through, in one mesh, its triangles sorted from far to near."""
+    """Paint all transparent parts as one mesh, with its triangles sorted from far to near."""
     first = np.cumsum([0, *(len(part.points) for part in parts)])
     points = np.concatenate([part.points for part in parts])
     triangles = np.concatenate([part.triangles + start for part, start in zip(parts, first)])
@@ -360,7 +363,7 @@ def _paint_clear(pv, plotter, parts, eye):
 
 
 def _paint_vessel(pv, plotter, scene, vessel, spacing):
-    """Base with its heated part and the sites, edges, and a soft shadow on the ground; nothing without walls."""
+    """Paint the base with its heater and sites, the edges and a soft shadow; nothing if the scene has no walls."""
     if not scene.walls:
         return
     gap = 0.1 * spacing  # keeps coincident faces apart
@@ -398,7 +401,7 @@ def _paint_shadow(pv, plotter, low, high, foot):
 
 
 def _shaded(mesh, colour):
-    """The mesh with flat colours of its faces by how far they turn to the lamp."""
+    """The mesh with one colour per face, brighter the more it faces the lamp."""
     mesh = mesh.compute_normals(cell_normals=True, point_normals=False, auto_orient_normals=False)
     light = 0.62 + 0.43 * np.clip(mesh.cell_data["Normals"] @ LIGHT, 0.0, 1.0)
     mesh.cell_data["rgb"] = np.round(255.0 * np.clip(light[:, None] * to_rgb(colour), 0.0, 1.0)).astype(np.uint8)

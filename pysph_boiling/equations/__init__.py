@@ -1,1 +1,1 @@
-"""The terms of the model: one module a term, one PySPH Equation a kernel."""
+"""The equations of the model: one module per term, and one PySPH ``Equation`` per kernel."""

@@ -1,13 +1,14 @@
-"""Bubbles as connected components of vapour: labels by FastSV hooking and pointer jumping, iterated in groups.
+"""Bubbles as connected components of vapour, labelled by FastSV hooking and pointer jumping in iterated groups.
 
-One round is four groups: :class:`BubbleSnap`, :class:`BubbleHook`, :class:`BubbleShortcut`, :class:`BubbleCheck`,
-after one :class:`BubbleStart` and before one :class:`BubbleLabel`. Parents are indices into the array; the order that
-decides which of two roots wins is that of the uids, so the label of a bubble is its smallest uid on every backend and
-for every particle order. A shuffled chain of n particles settles in about log2(n) rounds.
+One round has four groups: :class:`BubbleSnap`, :class:`BubbleHook`, :class:`BubbleShortcut` and :class:`BubbleCheck`.
+:class:`BubbleStart` comes before all rounds, and :class:`BubbleLabel` after them. Parents are indices into the array.
+Of two roots the one with the smaller uid wins, so the label of a bubble is its smallest uid on every backend and for
+every order of the particles. A shuffled chain of n particles needs about log2(n) rounds.
 
-Each of the four needs a group of its own, all four one that iterates until :class:`BubbleCheck` has converged, and
-ghosts of a periodic domain need ``grandparent`` after :class:`BubbleSnap`. Anything else labels wrongly in silence: in
-another scheme take the groups from :func:`pysph_boiling.schemes.guest.label_groups`.
+Each of the four equations needs its own group, inside one parent group that iterates until :class:`BubbleCheck` has
+converged. In a periodic domain ``grandparent`` must be refreshed on the ghosts after :class:`BubbleSnap`. Any other
+arrangement gives wrong labels without an error, so use :func:`pysph_boiling.schemes.guest.label_groups` in another
+scheme.
 """
 from compyle.api import declare
 from pysph.base.reduce_array import dummy_reduce_array as parallel_reduce_array  # compiled modules have their own
@@ -17,7 +18,7 @@ __all__ = ["BubbleCheck", "BubbleHook", "BubbleLabel", "BubbleShortcut", "Bubble
 
 
 class BubbleStart(Equation):
-    """Every particle is its own parent.
+    """Makes every particle its own parent.
 
     Source: Zhang, Azad & Hu 2020 (FastSV), the start of their Algorithm 2; the paper, section 4.1 (union-find).
     Reads nothing.   Writes   d_parent, d_grandparent, own index only.
@@ -29,7 +30,7 @@ class BubbleStart(Equation):
 
 
 class BubbleSnap(Equation):
-    """Grandparents from parents, ``gf = f[f]``.
+    """Computes grandparents from parents, ``gf = f[f]``.
 
     Source: Zhang, Azad & Hu 2020.   Reads   d_parent.   Writes   d_grandparent, own index only.
     """
@@ -39,14 +40,14 @@ class BubbleSnap(Equation):
 
 
 class BubbleHook(Equation):
-    """Hook onto the smallest grandparent in reach: first the parent of the particle (stochastic), then itself.
+    """Hooks the parent of a particle, and the particle itself, onto the smallest grandparent within reach.
 
-    Source: Zhang, Azad & Hu 2020, stochastic and aggressive hooking. The parent's entry may be written by several
-    threads; every value written is a valid parent, so only the number of rounds may vary, never the labels.
+    Source: Zhang, Azad & Hu 2020, stochastic and aggressive hooking. Several threads may write the entry of a parent,
+    but every value is a valid parent, so that only the number of rounds can vary, and never the labels.
 
     Parameters
     ----------
-    radius : float   Link radius [m], > 0: vapour particles nearer than this belong together.
+    radius : float   Linking radius [m], > 0: vapour particles closer than this belong together.
 
     Reads    d_phase, s_phase, s_grandparent, d_uid, positions.   Writes   d_parent, own and parent's index.
     Needs    BubbleSnap in an earlier group.   Errors   ValueError if radius <= 0.
@@ -81,7 +82,7 @@ class BubbleHook(Equation):
 
 
 class BubbleShortcut(Equation):
-    """Pointer jumping: take the grandparent where it is smaller.
+    """Pointer jumping: replaces the parent by the grandparent if that is smaller.
 
     Source: Zhang, Azad & Hu 2020.   Reads   d_grandparent, d_uid.   Writes   d_parent, own index only.
     """
@@ -92,7 +93,7 @@ class BubbleShortcut(Equation):
 
 
 class BubbleCheck(Equation):
-    """Converged when no grandparent changed in this round.
+    """Checks convergence: no grandparent changed in this round.
 
     Source: Zhang, Azad & Hu 2020.   Reads   d_parent, d_grandparent.   Writes   d_unsettled, own index only; constant
     ``bubble_rounds`` (count) [-].
@@ -119,7 +120,7 @@ class BubbleCheck(Equation):
 
 
 class BubbleLabel(Equation):
-    """Label of each vapour particle: the uid of its root; ``NO_BUBBLE`` for all others.
+    """Labels each vapour particle with the uid of its root, and all others with ``NO_BUBBLE``.
 
     Source: the paper, section 4.1.   Reads   d_parent, d_uid, d_phase.   Writes   d_bubble, own index only.
     Needs    converged parents.

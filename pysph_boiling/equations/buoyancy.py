@@ -1,4 +1,4 @@
-"""Buoyancy of bubbles: the total upward force, added to gravity, in three forms; and the drag that resists it."""
+"""Buoyancy of bubbles in three forms, and the drag between vapour and liquid."""
 from math import exp
 
 from compyle.api import declare
@@ -8,12 +8,13 @@ __all__ = ["BubbleBuoyancy", "BubbleBuoyancyIhmsen", "BubbleBuoyancyPaper", "Bub
 
 
 class BubbleBuoyancy(Equation):
-    r"""The same upward acceleration for every particle of every bubble (``"archimedes"``).
+    r"""Buoyancy as the same upward acceleration for all particles of all bubbles (``"archimedes"``).
 
     .. math::  a = k_b \frac{\rho_l}{m_p} |g| \quad\text{against gravity}
 
-    Source: the paper, eqs. 18-19: F = k_b num_p rho_l g over the mass num_p m_p. It comes on top of what the density
-    constraint does: with k_b = 0 a bubble of equal density is neutral, as any liquid in its place (measured).
+    Source: the paper, eqs. 18-19: F = k_b num_p rho_l g over the mass num_p m_p. It is added to the pressure of the
+    density constraint: with k_b = 0 a bubble of equal density is neutrally buoyant, as liquid in its place would be
+    (measured).
 
     Parameters
     ----------
@@ -21,8 +22,8 @@ class BubbleBuoyancy(Equation):
     gx, gy, gz : float Gravity [m/s^2].
 
     Reads    d_phase.   Writes   d_au, d_av, d_aw [m/s^2], own index only.   Errors   ValueError if k_bubble < 0.
-    Limits   Not the real density ratio (1600 for water): equal masses, strength tuned. It acts on all vapour: without
-    VentingRelease, and without removing what is free, vapour rises out of the pool for ever.
+    Limits   The strength is tuned, and does not follow from the density ratio (1600 for water), since all particles
+    have equal masses. It acts on all vapour, so that without VentingRelease and venting, vapour rises out of the pool.
     """
 
     def __init__(self, dest, sources, k_bubble, gx=0.0, gy=0.0, gz=0.0):
@@ -41,11 +42,11 @@ class BubbleBuoyancy(Equation):
 
 
 class BubbleBuoyancyPaper(Equation):
-    r"""Acceleration that grows with the number of particles in the bubble, capped (``"paper"``).
+    r"""Buoyancy as an acceleration that grows with the number of particles in the bubble up to a cap (``"paper"``).
 
     .. math::  a = \min(k_b N \tfrac{\rho_l}{m_p} |g|,\; a_{max}) \quad\text{against gravity}
 
-    Source: the paper, eq. 19 applied to each particle, as its text ("applied to all particles") may be read.
+    Source: the paper, eq. 19 applied to each particle, which is one reading of its text ("applied to all particles").
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class BubbleBuoyancyPaper(Equation):
     gx, gy, gz : float Gravity [m/s^2].
 
     Reads    d_phase, d_bubble_n.   Writes   d_au, d_av, d_aw [m/s^2], own index only.   Needs   current bubble sizes.
-    Errors   ValueError if k_bubble < 0 or a_max <= 0.   Limits   The cap is ours: without it large bubbles explode.
+    Errors   ValueError if k_bubble < 0 or a_max <= 0.   Limits   The cap is ours; without it large bubbles explode.
     """
 
     def __init__(self, dest, sources, k_bubble, a_max, gx=0.0, gy=0.0, gz=0.0):
@@ -78,7 +79,7 @@ class BubbleBuoyancyPaper(Equation):
 
 
 class BubbleBuoyancyIhmsen(Equation):
-    r"""Acceleration by the number n of vapour neighbours (``"ihmsen"``).
+    r"""Buoyancy as an acceleration that depends on the number n of vapour neighbours (``"ihmsen"``).
 
     .. math::  a = k_{min} \left(k_{max} - (k_{max} - 1)\, e^{-0.1 n}\right) |g| \quad\text{against gravity}
 
@@ -136,8 +137,8 @@ class BubbleDrag(Equation):
 
     .. math::  a_i = r \sum_{j:\,\text{other phase}} \frac{m_j}{\rho_0} (v_j - v_i) W_{ij}
 
-    Source: after Monaghan & Kocharyan 1995 (drag between phases); the paper, section 4.2.1, names resistance and gives
-    no formula.
+    Source: after Monaghan & Kocharyan 1995 (drag between phases); the paper, section 4.2.1, mentions resistance without
+    a formula.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What holds a bubble together and to its site: cohesion between vapour particles, adhesion to a preset site."""
+"""Surface tension of bubbles: cohesion between vapour particles, and adhesion of vapour to preset sites."""
 from math import sqrt
 
 from compyle.api import declare
@@ -13,16 +13,17 @@ class BubbleCohesion(Equation):
     .. math::  a_i = -a_c \sum_j \frac{2 m_j}{m_i + m_j} C(r_{ij}/R)\, \hat{x}_{ij}, \qquad
                C(q) = \begin{cases} 2\cdot 64 (1-q)^3 q^3 - 1 & q \le 1/2 \\ 64 (1-q)^3 q^3 & 1/2 < q < 1 \end{cases}
 
-    Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1; the paper, section 4.2.1, names surface
-    tension and gives no formula.
+    Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1; the paper, section 4.2.1, mentions surface
+    tension without a formula.
 
     Parameters
     ----------
-    strength : float   a_c [m/s^2], >= 0. Up to strength dt^2/spacing = 0.025 in 2-D and 0.01 in 3-D bubbles stay calm.
+    strength : float   a_c [m/s^2], >= 0. Bubbles at rest stay calm up to strength dt^2/spacing = 0.025 in 2-D and 0.01
+        in 3-D.
     radius : float     Range R [m], > 0, at most the support of the kernel.
 
     Reads    d_phase, s_phase, d_m, s_m [kg], positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
-    Errors   ValueError if strength < 0 or radius <= 0.   Limits   Strength is tuned; it is not sigma.
+    Errors   ValueError if strength < 0 or radius <= 0.   Limits   The strength is tuned, and not a surface tension.
     """
 
     def __init__(self, dest, sources, strength, radius):
@@ -63,14 +64,14 @@ class BubbleSiteAdhesion(Equation):
 
     .. math::  a_i = a_a \sqrt{1 - r/r_a}\, \min(1, r/\Delta x)\, \hat{n}_{i \to s}, \qquad r < r_a
 
-    Source: ours, calibrated: N at departure grows with a_a over the buoyancy (the paper, section 4.2.1: a bubble
-    leaves once buoyancy overcomes surface tension and resistance).
+    Source: ours, calibrated: the number of particles at departure grows with a_a over the buoyancy (the paper, section
+    4.2.1: a bubble departs when buoyancy overcomes surface tension and resistance).
 
     Parameters
     ----------
     strength : float   a_a [m/s^2], >= 0.
     radius : float     r_a [m], > 0.
-    spacing : float    Particle spacing [m], > 0: the pull goes to zero at the site itself.
+    spacing : float    Particle spacing [m], > 0; closer to the site than this, the force decreases to zero.
 
     Reads    d_phase, positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
     Errors   ValueError if strength < 0, radius <= 0 or spacing <= 0.   Limits   Sites do not recoil.

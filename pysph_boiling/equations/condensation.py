@@ -1,4 +1,4 @@
-"""Condensation: what was decided bubble by bubble on the host, applied particle by particle.
+"""Condensation: applies to each particle what the host has decided for its bubble.
 
 The decision is made by :func:`pysph_boiling.schemes.effects.condensation.choose`.
 """
@@ -10,7 +10,7 @@ __all__ = ["BubbleCondensation"]
 
 
 class BubbleCondensation(Equation):
-    r"""Vapour that was chosen becomes liquid at saturation; the others of its bubble take up what is left to pay.
+    r"""Turns the chosen vapour into liquid at saturation; the other vapour of its bubble shares the remaining deficit.
 
     .. math::  e_i = L - \delta_i \text{ (vapour)}, \qquad e_i = -\delta_i \text{ (new liquid)}
 
@@ -21,11 +21,11 @@ class BubbleCondensation(Equation):
     T_sat : float       Saturation temperature [K].
     L : float           Latent heat [J/kg].
     c_l, c_v : float    Specific heat capacity of liquid and vapour [J/(kg K)].
-    subcooling : float  Share of what vapour lacks that its temperature shows [-], see :class:`PhaseTemperature`.
+    subcooling : float  Fraction of the deficit that lowers the temperature [-], as in :class:`PhaseTemperature`.
 
     Reads    d_deficit [J/kg], d_condensing (1 shares, 2 condenses).   Writes   d_e [J/kg], d_phase, d_T [K],
     d_condensed (count), d_condensing (0 again), own index only.
-    Needs    the decision on the host in the group before; vapour carries no frozen latent heat.
+    Needs    the decision of the host in the group before; vapour holds no latent heat (e_lat = 0).
     """
 
     def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):

@@ -1,7 +1,7 @@
-"""Analytic containers: particles that left a box or an upright cylinder are put back to its inside, and counted.
+"""Analytic containers: particles that have left a box or an upright cylinder are moved back inside, and counted.
 
-Before the density sweeps this is the contact of a predicted position with a wall, which a particle below rest density
-does not feel otherwise; in the sweeps it is a safeguard, against corrections that press water through a wall.
+Before the density sweeps this is the contact of predicted positions with a wall, which a particle below rest density
+would not feel otherwise. In the sweeps it is a safeguard against corrections that push water through a wall.
 """
 from math import sqrt
 
@@ -11,14 +11,15 @@ __all__ = ["PBFBoxContainer", "PBFCylinderContainer"]
 
 
 class PBFBoxContainer(Equation):
-    r"""Clamp positions to an axis-aligned box.
+    r"""Clamps positions to an axis-aligned box.
 
     Source: projection onto a convex set, the collision response of Macklin & Müller 2013 (Algorithm 1, line 14).
 
     Parameters
     ----------
     lower, upper : three floats   Corners [m], lower < upper in every direction that is not fixed by the dimension.
-    depth : float                 Put back from within it [m] is a contact, from further away a projection.
+    depth : float                 Being moved back by up to this distance [m] counts as a contact, by more as a
+        projection.
 
     Reads    constant ``prior`` [-].
     Reads and writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_contacts, d_projected, own index only.
@@ -61,7 +62,7 @@ class PBFBoxContainer(Equation):
 
 
 class PBFCylinderContainer(Equation):
-    r"""Project positions into an upright cylinder; in 2-D its section through the axis, ``|x - cx| <= radius``.
+    r"""Projects positions into an upright cylinder; in 2-D its section through the axis, ``|x - cx| <= radius``.
 
     Source: projection onto a convex set, as for the box.
 

@@ -1,4 +1,4 @@
-"""Convection below the resolution of the density: hot liquid is lighter, in two forms. Liquid only."""
+"""Convection of liquid: two forms of a force on hot liquid, whose density does not change in the model."""
 from math import sqrt
 
 from pysph.sph.equation import Equation
@@ -9,7 +9,7 @@ __all__ = ["ConvectionBoussinesq", "ConvectionGradient"]
 class ConvectionBoussinesq(Equation):
     r"""Buoyancy of liquid that is warmer than the reference, :math:`a = -\beta (T - T_{ref})\, g`.
 
-    Source: the Boussinesq approximation; the paper, section 3.3.1, asks for convection and gives no formula.
+    Source: the Boussinesq approximation; the paper, section 3.3.1, mentions convection without a formula.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class ConvectionBoussinesq(Equation):
 
 
 class ConvectionGradient(Equation):
-    r"""Acceleration of liquid from hot to cold, no larger than ``largest``.
+    r"""Acceleration of liquid from hot to cold, limited to ``largest``.
 
     .. math::  a_i = -c\, \nabla T_i, \qquad \nabla T_i = \sum_j \frac{m_j}{\rho_0} (T_j - T_i) \nabla W_{ij}
 
@@ -55,7 +55,7 @@ class ConvectionGradient(Equation):
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_gTx, d_gTy, d_gTz [K/m], d_au, d_av, d_aw [m/s^2],
     own index only.   Errors   ValueError if gain < 0 or rho0 <= 0.
-    Limits   As the gradient of a field it is balanced by a pressure wherever it is not cut: no rolls without the cap.
+    Limits   A gradient of a field is balanced by a pressure, so convection rolls only form where the cap acts.
     """
 
     def __init__(self, dest, sources, gain, largest, rho0, k_liquid_min):

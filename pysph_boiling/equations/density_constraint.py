@@ -1,16 +1,17 @@
 """Position Based Fluids: the density constraint, its Lagrange multipliers and the position corrections.
 
-One sweep is three groups: ``[PBFDensity, PBFBoundaryDensity, PBFLambda]``, ``[PBFPositionCorrection,
-PBFBoundaryCorrection]`` and ``[PBFMove]``, iterated as sub-groups of one parent. Masses may differ: the weights w = 1/m
-make every pair of corrections conserve momentum, ``m_i dx_i + m_j dx_j = 0``, and no array moves before those of all
-arrays are summed.
+One sweep has three groups: ``[PBFDensity, PBFBoundaryDensity, PBFLambda]``, ``[PBFPositionCorrection,
+PBFBoundaryCorrection]`` and ``[PBFMove]``, iterated as sub-groups of one parent. Masses may differ: with the weights
+w = 1/m every pair of corrections conserves momentum, ``m_i dx_i + m_j dx_j = 0``. No array moves before the corrections
+of all arrays are summed.
 
-In a short step the density error that was there before it is worked off apart, without a velocity: ``[PBFStepBack]``,
-``[PBFDensity, PBFBoundaryDensity]`` and ``[PBFLeftOver]`` find it before the sweeps. The constant ``prior`` of each
-array says how sweeps treat it: the share of it that they work off, the share of what they move that the velocity feels,
-and their bounds in units of those of an ordinary step. Ordinary steps have 1, 1, 1.
+In a short step, a density error that existed before the step is corrected separately and without causing a velocity:
+``[PBFStepBack]``, ``[PBFDensity, PBFBoundaryDensity]`` and ``[PBFLeftOver]`` measure it before the sweeps. The constant
+``prior`` of each array says how the sweeps treat it: the fraction of this error that they correct, the fraction of
+their displacements that enters the velocity, and their bounds relative to those of an ordinary step. In ordinary steps
+it is (1, 1, 1).
 
-What the multipliers of a step do against a change of volume, its pressure, is for the mechanical ledger alone.
+The pressure that follows from the multipliers is only used by the mechanical ledger.
 """
 from math import sqrt
 
@@ -36,12 +37,13 @@ class PBFDensity(Equation):
 
     Parameters
     ----------
-    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Summed density of the rest lattice [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index only.
-    Errors   ValueError if rho_rest <= 0.   Limits   Summed density is low at a free surface: C is clamped later. The
-    cubic spline lets particles pair where they are crowded, and everywhere from h/dx 1.3 on; Wendland's does not.
+    Errors   ValueError if rho_rest <= 0.   Limits   The summed density is too low at a free surface, so C is clamped
+    later. With the cubic spline particles form pairs where they are crowded, and everywhere from h/dx = 1.3 on; with
+    Wendland's kernel they do not.
     """
 
     def __init__(self, dest, sources, rho_rest, kernel):
@@ -103,20 +105,20 @@ class PBFDensity(Equation):
 
 
 class PBFDensitySwollen(Equation):
-    r"""As :class:`PBFDensity`, each particle filling ``swell`` times the volume of as much liquid.
+    r"""As :class:`PBFDensity`, for particles that fill ``swell`` times the volume of the same mass of liquid.
 
     .. math::  \rho_i = \sum_j s_j m_j W_{ij}, \qquad \nabla_i C_i = \sum_j \frac{s_j m_j}{\rho_0} \nabla W_{ij}
 
-    Source: ours: a number density weighted by volume. Inertia stays that of m: gradients are weighted by 1/m.
+    Source: ours, a number density weighted by volume. The inertia is still that of m: gradients are weighted by 1/m.
 
     Parameters
     ----------
-    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Summed density of the rest lattice [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg], s_swell [-].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], own index
-    only.   Errors   ValueError if rho_rest <= 0.   Limits   The support is that of liquid: beyond a swell of about 4
-    (3-D) a particle has too few neighbours for a density.
+    only.   Errors   ValueError if rho_rest <= 0.   Limits   The kernel support does not grow, so beyond a swell of
+    about 4 (3-D) a particle has too few neighbours for a density.
     """
 
     def __init__(self, dest, sources, rho_rest, kernel):
@@ -178,13 +180,13 @@ class PBFDensitySwollen(Equation):
 
 
 class PBFBoundaryDensity(Equation):
-    r"""Density and gradient from boundary particles, which do not move: they enter :math:`\nabla_i C_i` alone.
+    r"""Density and gradient from boundary particles, which do not move and so only contribute to :math:`\nabla_i C_i`.
 
     Source: Akinci et al. 2012, eq. 6, with psi_b = rho_0 V_b stored as the mass of the boundary particle.
 
     Parameters
     ----------
-    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Summed density of the rest lattice [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    s_m [kg].   Writes   d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], own index only.
@@ -244,23 +246,23 @@ class PBFLambda(Equation):
     .. math::  \lambda_i = -\frac{\max(C_i - (1 - p) C^0_i, 0)}{\sum_k w_k |\nabla_k C_i|^2 + \varepsilon},
                \qquad C_i = \max(\rho_i/\rho_0 - 1, 0), \quad w = 1/m
 
-    Source: the paper, eq. 1; Macklin & Müller 2013, eqs. 1 and 11. Differs: C_i is clamped at 0 (free surface), and of
-    the error C^0 that was there before the step only the share p is worked off.
+    Source: the paper, eq. 1; Macklin & Müller 2013, eqs. 1 and 11. Differs: C_i is clamped at 0 (free surface), and
+    only the fraction p of the error C^0 that existed before the step is corrected.
 
     Parameters
     ----------
-    rho_rest : float         Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float         Summed density of the rest lattice [kg/m^3], > 0.
     eps : float              Relaxation [1/(kg m^2)], >= 0; the scheme gives it relative to the rest lattice.
-    tolerance : float        Sweeps end when the mean of max(C - (1 - p) C^0, 0) is below it [-], >= 0,
-    sweeps : int             or after so many sweeps, >= 1,
-    max_mean_error : float   if that mean is below this [-], > 0. The errors of short steps add up: see ``prior``.
+    tolerance : float        The sweeps end when the mean of max(C - (1 - p) C^0, 0) is below this [-], >= 0,
+    sweeps : int             or after this number of sweeps, >= 1,
+    max_mean_error : float   if that mean is below this bound [-], > 0; in short steps ``prior`` scales the bounds.
 
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
     ``prior`` [-] (p first).
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
     ``sweeps`` (count in this run of the stage, in this step) [-].   Needs   PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or max_mean_error <= 0.
-    Limits   Stiffness depends on the number of sweeps; the error is that before the sweep's correction.
+    Limits   The stiffness depends on the number of sweeps. The error is measured before the correction of the sweep.
     """
 
     def __init__(self, dest, sources, rho_rest, eps, tolerance, sweeps, max_mean_error):
@@ -316,10 +318,10 @@ class PBFLambda(Equation):
 
 
 class PBFStepBack(Equation):
-    r"""Positions at the start of the step, :math:`x = x^* - s`; the displacement s is kept aside.
+    r"""Moves particles back to the start of the step, :math:`x = x^* - s`; the displacement s is stored.
 
     Source: ours.   Reads   d_sx, d_sy, d_sz [m].   Writes   d_x, d_y, d_z, d_dpx, d_dpy, d_dpz [m], own index only.
-    Limits   In single precision x^n is exact to 1e-7 of x: in a step of 1e-6 s an error of .1 x a second.
+    Limits   In single precision x^n is exact to 1e-7 x, which in a step of 1e-6 s is an error of .1 x per second.
     """
 
     def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz):
@@ -332,21 +334,21 @@ class PBFStepBack(Equation):
 
 
 class PBFLeftOver(Equation):
-    r"""Density error that was there before the step, and back to the predicted positions.
+    r"""Stores the density error from before the step, and moves particles to the predicted positions again.
 
     .. math::  C^0_i = \max(\rho_i(x^n)/\rho_0 - 1, 0), \qquad x^* = x^n + s
 
-    Source: ours; that such errors are to be worked off without a velocity: Macklin et al. 2014, section 4.4.
+    Source: ours; the idea to correct such errors without causing a velocity is from Macklin et al. 2014, section 4.4.
 
     Parameters
     ----------
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float   Summed density of the rest lattice [kg/m^3], > 0.
 
     Reads    d_rho [kg/m^3], d_dpx, d_dpy, d_dpz [m] (s).
     Writes   d_left_over [-], d_x, d_y, d_z, d_sx, d_sy, d_sz [m], own index only.
     Needs   PBFStepBack and PBFDensity in earlier groups.   Errors   ValueError if rho_rest <= 0.
-    Limits   Where a container has put x^n back, x* moves as far, and the velocity feels nothing of it. Neighbours are
-    those of x*: who was one at x^n alone is not seen.
+    Limits   If a container has moved x^n, x* moves by the same distance, which does not enter the velocity. The
+    neighbours are those of x*; particles that were neighbours at x^n only are not found.
     """
 
     def __init__(self, dest, sources, rho_rest):
@@ -370,14 +372,14 @@ class PBFPositionCorrection(Equation):
 
     .. math::  \Delta x_i = \frac{w_i}{\rho_0} \sum_j (m_j \lambda_i + m_i \lambda_j) \nabla W_{ij}
 
-    Source: Macklin & Müller 2013, eq. 12, for any masses. Differs: two particles at one place have no gradient and
-    would stay together for ever; they are set apart by ``nudge`` along a direction hashed from their uids.
+    Source: Macklin & Müller 2013, eq. 12, for any masses. Differs: two particles at the same position have no gradient
+    and would never separate, so they are moved apart by ``nudge`` in a direction that is hashed from their uids.
 
     Parameters
     ----------
-    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Summed density of the rest lattice [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic; in 2-D the hashed direction stays in the plane.
-    nudge : float           Displacement that separates coincident particles [m], >= 0; times ``prior``.
+    nudge : float           Displacement that separates coincident particles [m], >= 0; multiplied by ``prior``.
 
     Reads    d_lmbda, s_lmbda [kg m^2], d_m, s_m [kg], d_uid, s_uid, constant ``prior`` [-].
     Writes   d_dpx, d_dpy, d_dpz [m], own index only.
@@ -461,7 +463,7 @@ class PBFPositionCorrection(Equation):
 
 
 class PBFPositionCorrectionSwollen(Equation):
-    r"""As :class:`PBFPositionCorrection`, for particles that fill ``swell`` times the volume of as much liquid.
+    r"""As :class:`PBFPositionCorrection`, for particles that fill ``swell`` times the volume of their liquid.
 
     .. math::  \Delta x_i = \frac{w_i}{\rho_0} \sum_j (s_j m_j \lambda_i + s_i m_i \lambda_j) \nabla W_{ij}
 
@@ -553,7 +555,7 @@ class PBFPositionCorrectionSwollen(Equation):
 
 
 class PBFBoundaryCorrection(Equation):
-    r"""Position correction from boundary particles, which have no multiplier of their own.
+    r"""Position correction from boundary particles, which have no multipliers.
 
     .. math::  \Delta x_i \mathrel{+}= \frac{w_i}{\rho_0} \sum_b \psi_b \lambda_i \nabla W_{ib}
 
@@ -561,7 +563,7 @@ class PBFBoundaryCorrection(Equation):
 
     Parameters
     ----------
-    rho_rest : float        Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float        Summed density of the rest lattice [kg/m^3], > 0.
     kernel : PySPH kernel   CubicSpline or WendlandQuintic.
 
     Reads    d_lmbda [kg m^2], d_m, s_m [kg].   Writes   d_dpx, d_dpy, d_dpz [m], own index only.
@@ -615,20 +617,20 @@ class PBFBoundaryCorrection(Equation):
 
 
 class PBFMove(Equation):
-    r"""Apply the correction: :math:`x^* \leftarrow x^* + \omega\,\Delta x`, no longer than ``max_displacement``.
+    r"""Applies the correction, :math:`x^* \leftarrow x^* + \omega\,\Delta x`, up to a length of ``max_displacement``.
 
-    Source: the paper, Algorithm 1 line 24. Differs: a displacement limiter, which counts when it acts.
+    Source: the paper, Algorithm 1 line 24. Differs: the displacement is limited, and limited corrections are counted.
 
     Parameters
     ----------
     omega : float              Under-relaxation [-], in (0, 1].
-    max_displacement : float   Longest displacement of one sweep [m], > 0.
+    max_displacement : float   Largest displacement in one sweep [m], > 0.
 
     Reads    d_dpx, d_dpy, d_dpz [m], constant ``prior`` [-].
     Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
     Needs    all corrections in an earlier group.
     Errors   ValueError if omega is not in (0, 1] or max_displacement <= 0.
-    Limits   A cut correction does not conserve momentum; ``n_limited`` of the results counts the cuts.
+    Limits   A limited correction does not conserve momentum; the column ``n_limited`` of the results counts them.
     """
 
     def __init__(self, dest, sources, omega, max_displacement):
@@ -656,19 +658,19 @@ class PBFMove(Equation):
 
 
 class PBFMoveAccelerated(Equation):
-    r"""As :class:`PBFMove`, each sweep carrying on what the sweep before moved: Chebyshev's semi-iteration.
+    r"""As :class:`PBFMove`, accelerated with the displacement of the sweep before: the Chebyshev semi-iteration.
 
     .. math::  d^{k+1} = \beta_k \omega\,\Delta x + (\beta_k - 1)\, d^k, \qquad
                \beta_k = 1,\ \frac{2}{2 - \varrho^2},\ \frac{4}{4 - \varrho^2 \beta_{k-1}}, \dots
 
     Source: Wang 2015, "A Chebyshev semi-iterative approach for accelerating projective and position-based dynamics",
-    section 4. Differs: weights start anew when the mean density error has risen from one sweep to the next.
+    section 4. Differs: the weights are reset when the mean density error grows from one sweep to the next.
 
     Parameters
     ----------
     omega, max_displacement : float   As :class:`PBFMove`.
     radius : float                    Estimate of the spectral radius of a plain sweep [-], in (0, 1).
-    delay : int                       Plain sweeps before the first weighted one, also after a restart, >= 1.
+    delay : int                       Plain sweeps before the first accelerated one, also after a reset, >= 1.
 
     Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-],
     ``density_error`` and ``prior``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last
@@ -734,25 +736,25 @@ class PBFMoveAccelerated(Equation):
 
 
 class PBFPressure(Equation):
-    r"""Pressure in which the density constraint holds a particle, from the multipliers of all sweeps of a step.
+    r"""Pressure of the density constraint on a particle, from the multipliers of all sweeps of a step.
 
     .. math::  p_i = -\frac{\rho_0}{\rho_\text{rest}\,\Delta t^2} \sum_j \Lambda_j W_{ij},
                \qquad \Lambda_j = \sum_\text{sweeps} \omega \lambda_j
 
-    The sweeps move particles by :math:`w_i \sum_j \Lambda_j \nabla_i C_j`, which takes the force
-    :math:`\sum_j \Lambda_j \nabla_i C_j / \Delta t^2`. Where C does not change, its work on the motion is
-    :math:`-\sum_j \Lambda_j\, \partial_s C_j\, ds/\Delta t^2` for swells s that change by ds, which is
+    The sweeps move particles by :math:`w_i \sum_j \Lambda_j \nabla_i C_j`, which corresponds to the force
+    :math:`\sum_j \Lambda_j \nabla_i C_j / \Delta t^2`. If C does not change while the swells s change by ds, the work
+    of this force on the motion is :math:`-\sum_j \Lambda_j\, \partial_s C_j\, ds/\Delta t^2`, which equals
     :math:`\sum_i p_i\, dV_i` with :math:`V_i = s_i m_i/\rho_0`.
 
-    Source: ours, the principle of virtual work.
+    Source: ours, from the principle of virtual work.
 
     Parameters
     ----------
     rho0 : float       Rest density [kg/m^3], > 0.
-    rho_rest : float   Density that the rest lattice reads [kg/m^3], > 0.
+    rho_rest : float   Summed density of the rest lattice [kg/m^3], > 0.
 
     Reads    s_impulse (sum of the multipliers) [kg m^2], the time step.   Writes   d_pressure [Pa], own index only.
-    Errors   ValueError if rho0 <= 0 or rho_rest <= 0.   Limits   Walls have no multipliers. A correction that was cut
+    Errors   ValueError if rho0 <= 0 or rho_rest <= 0.   Limits   Walls have no multipliers. A limited correction
     (``n_limited``) counts in full.
     """
 

@@ -1,13 +1,15 @@
 """Dynamic nucleation: a superheated region that holds enough heat turns some of its particles into vapour at once.
 
-The region of a superheated particle is itself and the superheated particles within a fixed radius. Read literally,
-regions of neighbours overlap and spend the same heat several times; here a region fires only if its claim is the
-strongest one on each of its members, so regions that fire in one step are disjoint. Heat of a region is sensible heat,
-``e - held``: latent heat that an interruption froze moves no temperature and drives no burst; it lowers the price of
-its own particle's vaporisation. One group each, in this order: :class:`NucleationHeld` (where latent heat is held at
-all), :class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`,
-and :class:`NucleationShare`. Every decision compares integers held in doubles or keys hashed from (seed, stream, step,
-uid), so it depends neither on threads nor on the order of the particles.
+The region of a superheated particle consists of this particle and the superheated particles within a fixed radius. Read
+literally, the paper lets the regions of neighbours overlap and use the same heat several times. Here a region only
+fires if its claim is the strongest one on each of its members, so that the regions that fire in one step are disjoint.
+The heat of a region is its sensible heat, ``e - held``. Latent heat held since an interruption does not raise the
+temperature and causes no burst; it only reduces the heat needed to vaporise its own particle.
+
+The equations stand in one group each, in this order: :class:`NucleationHeld` (if latent heat is held at all),
+:class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`, and
+:class:`NucleationShare`. All decisions compare integers stored in doubles, or keys hashed from (seed, stream, step,
+uid), so they depend neither on threads nor on the order of the particles.
 """
 from math import floor
 
@@ -46,7 +48,7 @@ def nucleation_units(share=0.0):
 
 
 class NucleationHeld(Equation):
-    """Latent heat that a superheated particle holds (``interrupt="hold"``): what was frozen, less what cooling took.
+    """Latent heat held by a superheated particle (``interrupt="hold"``): that of the interruption minus later cooling.
 
     Source: ours.   Reads   d_phase, d_e, d_e_lat [J/kg].   Writes   d_held [J/kg], 0 in other phases, own index only.
     """
@@ -58,7 +60,7 @@ class NucleationHeld(Equation):
 
 
 class NucleationRegion(Equation):
-    r"""Sensible heat of the region round each superheated particle, if it is enough to fire; keys of the particle.
+    r"""Sensible heat of the region around each superheated particle, if it is enough to fire, and the particle's keys.
 
     .. math::  Q_i = \sum_j m_j (e_j - e^{held}_j) > q_{crit} m_p L + e_{crit} \sum_j m_j, \qquad Q_i \ge m_p L
 
@@ -71,11 +73,11 @@ class NucleationRegion(Equation):
     m_p : float      Mass of a particle of the rest lattice [kg].
     L : float        Latent heat [J/kg].
     q_crit : float   Threshold in units of m_p L [-], >= 0.
-    e_crit : float   Threshold of the region's mean sensible heat [J/kg], >= 0.
-    stream : int     Stream of the random numbers, and the next; even.
+    e_crit : float   Threshold for the mean sensible heat of the region [J/kg], >= 0.
+    stream : int     Stream of the random numbers, even; the next stream is used too.
 
     Reads    d_uid, d_phase, s_phase, s_m [kg], s_e, s_held [J/kg], positions; constant ``steps``.
-    Writes   d_region_heat [2^-24 m_p L], 0 where it does not suffice, d_fire_key, d_pick_key, own index only.
+    Writes   d_region_heat [2^-24 m_p L], 0 if it is not enough, d_fire_key, d_pick_key, own index only.
     Errors   ValueError if radius <= 0 or a threshold is negative.
     Limits   Needs double precision.
     """
@@ -126,9 +128,10 @@ class NucleationRegion(Equation):
 
 
 class NucleationClaim(Equation):
-    """Key of the strongest claim on each superheated particle: the most heat of all regions it lies in, then the key.
+    """Key of the strongest claim on each superheated particle: of its regions the one with most heat, then by key.
 
-    Source: ours (see the module); with the uid to break ties, a uniform block would fire from a corner, one at a time.
+    Source: ours (see the module). If the uid decided between equal regions, a uniform block would fire one region at a
+    time, beginning in a corner.
 
     Parameters
     ----------
@@ -166,7 +169,7 @@ class NucleationClaim(Equation):
 class NucleationFire(Equation):
     """A region fires if its claim is the strongest one on all of its members.
 
-    Source: ours; the maximum over the neighbours' neighbours, taken in two sweeps.
+    Source: ours, a maximum over the neighbours of neighbours, found in two passes.
 
     Parameters
     ----------
@@ -199,28 +202,29 @@ class NucleationFire(Equation):
 
 
 class NucleationChoice(Equation):
-    r"""Which members of a region that fires become vapour, and the enthalpies that its heat then leaves.
+    r"""Chooses the members of a firing region that become vapour, and the enthalpies of its members afterwards.
 
-    In the order of their keys, members are taken while :math:`\sum m (L - e^{held}) \le Q`; those with a key up to
-    ``cut`` are chosen. Sorting by random keys has the distribution of the Fisher-Yates shuffle. The chosen get L, the
-    others keep what they hold and share the sensible heat that is left,
+    Members are taken in the order of their keys while :math:`\sum m (L - e^{held}) \le Q`; those with a key up to
+    ``cut`` are chosen. Sorting by random keys has the distribution of a Fisher-Yates shuffle. The chosen members get L;
+    the others keep the latent heat they hold and share the remaining sensible heat,
 
     .. math::  e - e^{held} = \Big(Q - \sum_{chosen} m (L - e^{held})\Big) / \sum_{others} m
 
-    If there are no others, the chosen share it. If the first member costs too much already, the region does not fire.
+    If there are no others, the chosen share it. If already the first member needs too much heat, the region does not
+    fire.
 
-    Source: the paper, section 3.2.2, eqs. 4, 6 and 7, for any masses; what a particle holds pays for itself alone.
+    Source: the paper, section 3.2.2, eqs. 4, 6 and 7, for any masses; held latent heat is only used by its particle.
 
     Parameters
     ----------
     radius, m_p, L : float   As :class:`NucleationRegion`.
 
     Reads    d_region_heat [2^-24 m_p L], s_pick_key, s_phase, s_m [kg], s_e, s_held [J/kg], positions.
-    Writes   d_fires, d_fired (count), d_cut (-1 where nothing fires), d_e_chosen (enthalpy), d_e_others (sensible
-    heat) [J/kg], own index only.
+    Writes   d_fires, d_fired (count), d_cut (-1 if the region does not fire), d_e_chosen (enthalpy), d_e_others
+    (sensible heat) [J/kg], own index only.
     Needs    NucleationFire before it in the same group.
-    Limits   Q is known to 2^-25 m_p L for each member, so where Q only just pays for the chosen, the others may end up
-    to some J/kg (1 mK) below saturation.
+    Limits   Q is exact to 2^-25 m_p L for each member, so if Q is only just enough for the chosen members, the others
+    may end some J/kg (1 mK) below saturation.
     """
 
     def __init__(self, dest, sources, radius, m_p, L):
@@ -285,7 +289,7 @@ class NucleationChoice(Equation):
 
 
 class NucleationShare(Equation):
-    """Members of a region that fires take their new enthalpy; the chosen become vapour, the others stay superheated.
+    """Gives members of a firing region their new enthalpy; the chosen become vapour, the others stay superheated.
 
     Source: the paper, section 3.2.2.
 
@@ -340,7 +344,7 @@ class NucleationShare(Equation):
 
 
 class NucleationRelease(Equation):
-    """Members of a region that fires: the chosen hold no latent heat any more, the others theirs (``"hold"``).
+    """Members of a firing region that become vapour release their held latent heat; the others keep it (``"hold"``).
 
     Source: ours.
     Reads    d_member, d_phase, d_held [J/kg].   Writes   d_e_lat [J/kg], own index only.

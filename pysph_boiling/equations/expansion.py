@@ -1,19 +1,19 @@
-"""Expansion: vapour swells, slowly enough not to kick what is round it."""
+"""Expansion: vapour swells, slowly enough not to throw the liquid around it."""
 from pysph.sph.equation import Equation
 
 __all__ = ["BubbleSwell", "BubbleSwellBack"]
 
 
 class BubbleSwell(Equation):
-    """Rest volume of a particle in units of its liquid's, on its way to that of its phase.
+    """Moves the rest volume of a particle, relative to the volume as liquid, towards that of its phase.
 
-    Source: ours; without it nothing swells and nothing bursts, since liquid and vapour fill the same volume.
+    Source: ours; without it liquid and vapour fill the same volume, so that a pool neither swells nor bursts.
 
     Parameters
     ----------
     expanded : float   Swell of vapour [-], >= 1; all other particles return to 1.
-    rate : float       Largest change of the swell in a unit of time [1/s], > 0.
-    vapour : bool      Whether vapour is moved; ``False`` leaves that to the Rayleigh-Plesset oscillation.
+    rate : float       Largest rate of change of the swell [1/s], > 0.
+    vapour : bool      Whether this equation changes vapour; ``False`` leaves it to the Rayleigh-Plesset oscillation.
 
     Reads    d_phase, the time step.   Writes   d_swell [-], d_swelling (its rate in this step) [1/s], own index only.
     Errors   ValueError if expanded < 1 or rate <= 0.   Limits   No work is done against the ambient pressure: enthalpy,
@@ -42,16 +42,16 @@ class BubbleSwell(Equation):
 
 
 class BubbleSwellBack(Equation):
-    r"""Swell before a short step, and forward again: :math:`s \mathrel{+}= \pm \dot s\, \Delta t`.
+    r"""Sets the swell back to that before a short step, or forward again: :math:`s \mathrel{+}= \pm \dot s\, \Delta t`.
 
-    A short step may follow a long one, whose change of the swell is in the positions to come. What of it is more than
-    the rate makes in the short step is an error that was there before, and becomes no velocity.
+    A short step may follow a long one, whose change of the swell still affects the next positions. The part of this
+    change that exceeds the rate times the short step is treated as an earlier density error and causes no velocity.
 
     Source: ours.
 
     Parameters
     ----------
-    sense : float   -1 goes back, 1 forward [-].
+    sense : float   -1 for back, 1 for forward [-].
 
     Reads    d_swelling [1/s], the time step.   Writes   d_swell [-], own index only.
     Errors   ValueError if sense is neither -1 nor 1.

@@ -1,9 +1,9 @@
-"""Heat: conduction between particles, heaters, loss at the free surface, a volumetric source.
+"""Heat: conduction between particles, heaters, loss at the free surface, and a volumetric source.
 
-Drop-in for any PySPH scheme: an array needs the properties ``e`` [J/kg], ``T`` [K], ``k`` [W/(m K)] and ``ae``
-[J/(kg s)], and the constant ``heat_dt`` [s], the time by which :class:`HeatUpdate` advances at each evaluation.
-Every equation adds to ``ae``; exchanges with the outside are also added up in joules, per particle, by the kernel
-that moves them, so that a ledger closes without a subtraction.
+These equations work in any PySPH scheme. An array needs the properties ``e`` [J/kg], ``T`` [K], ``k`` [W/(m K)] and
+``ae`` [J/(kg s)], and the constant ``heat_dt`` [s], by which :class:`HeatUpdate` advances at each evaluation. Every
+equation adds to ``ae``. Exchanges with the outside are also added up in joules per particle by the kernel that causes
+them, so that the energy balance needs no differences.
 """
 from math import exp, sqrt
 
@@ -25,7 +25,7 @@ def _positive(**values):
 class HeatTemperature(Equation):
     r"""Temperature of a single phase, :math:`T = T_0 + e/c`, and its conductivity; resets ``ae``.
 
-    Source: the paper, eq. 3, read backwards. With phases, ``PhaseTemperature`` takes its place.
+    Source: the inverse of the paper's eq. 3. With phases, ``PhaseTemperature`` replaces it.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class HeatTemperature(Equation):
 
 
 class HeatTemperatureAfter(Equation):
-    """Temperature of a single phase once more, after :class:`HeatUpdate` in its group: T is never behind e.
+    """Temperature of a single phase again, after :class:`HeatUpdate` in the same group, so that T always fits e.
 
     Source: ours.
 
@@ -79,7 +79,7 @@ class HeatConductionClearyMonaghan(Equation):
     .. math::  m_i \frac{de_i}{dt} = \sum_j V_i V_j \frac{4 k_i k_j}{k_i + k_j} (T_i - T_j)
                \frac{x_{ij} \cdot \nabla W_{ij}}{r_{ij}^2 + 0.01 h_{ij}^2}, \qquad V = m/\rho_0
 
-    Source: Cleary & Monaghan 1999, eq. 24; the paper, eqs. 8-16. The rest volume stands for the summed one, which is
+    Source: Cleary & Monaghan 1999, eq. 24; the paper, eqs. 8-16. The rest volume replaces the summed volume, which is
     too large at a free surface.
 
     Parameters
@@ -88,8 +88,9 @@ class HeatConductionClearyMonaghan(Equation):
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], s_m [kg].   Writes   d_ae [J/(kg s)], own index only.
     Needs    HeatTemperature (or PhaseTemperature) in an earlier group.   Errors   ValueError if rho0 <= 0.
-    Limits   Explicit: see ``heat_dt``. Use a bell-shaped kernel (cubic spline, Wendland). On particles out of order
-    heat is slower: a Fourier mode decays 2.1, 2.5 and 7.1 % too slowly at 0, .1 and .3 spacings (2-D, h/dx 1.2).
+    Limits   Explicit, which limits ``heat_dt``. Use a bell-shaped kernel (cubic spline, Wendland). On disordered
+    particles heat is slower: with displacements of 0, .1 and .3 spacings a Fourier mode decays 2.1, 2.5 and 7.1 % too
+    slowly (2-D, h/dx 1.2).
     """
 
     def __init__(self, dest, sources, rho0):
@@ -104,12 +105,12 @@ class HeatConductionClearyMonaghan(Equation):
 
 
 class HeatConductionPaper(Equation):
-    r"""Conduction as the paper writes it, which is antisymmetric only where densities and conductivities are equal.
+    r"""Conduction as in the paper, which is only antisymmetric if densities and conductivities are equal.
 
     .. math::  \frac{m_i}{\rho_i}\rho_i \frac{de_i}{dt} = \frac{m_i}{\rho_i} k_i \sum_j \frac{m_j}{\rho_j}
                \frac{4\rho_i}{\rho_i + \rho_j} (T_i - T_j) \frac{x_{ij} \cdot \nabla W_{ij}}{r_{ij}^2 + 0.01 h_{ij}^2}
 
-    Source: the paper, eq. 17 (after Gu et al.). Energy made or lost by a pair is booked, half with each particle.
+    Source: the paper, eq. 17 (after Gu et al.). Energy created or lost by a pair is recorded, half for each particle.
 
     Parameters
     ----------
@@ -117,7 +118,7 @@ class HeatConductionPaper(Equation):
 
     Reads    d_T, s_T [K], d_k, s_k [W/(m K)], d_m, s_m [kg], d_rho, s_rho [kg/m^3], constant heat_dt [s].
     Writes   d_ae [J/(kg s)], d_q_leak [J], own index only.   Needs   HeatTemperature in an earlier group.
-    Limits   Leaks energy at every surface and every contact of phases; the leak is reported, not mended.
+    Limits   It loses or creates energy at every surface and every contact of phases, which is reported, not corrected.
     """
 
     def loop(self, d_idx, s_idx, d_ae, d_q_leak, d_heat_dt, d_T, s_T, d_k, s_k, d_m, s_m, d_rho, s_rho,
@@ -132,7 +133,7 @@ class HeatConductionPaper(Equation):
 
 
 class HeatFixedTemperature(Equation):
-    r"""Heat from wall particles held at temperatures of their own; other wall particles are adiabatic.
+    r"""Heat from wall particles with fixed temperatures; all other wall particles are adiabatic.
 
     .. math::  m_i \frac{de_i}{dt} \mathrel{+}= \sum_b V_i V_b\, 4 k_i (T_i - T_b)
                \frac{x_{ib} \cdot \nabla W_{ib}}{r_{ib}^2 + 0.01 h^2}
@@ -152,8 +153,8 @@ class HeatFixedTemperature(Equation):
     Writes   d_ae [J/(kg s)], d_q_heater [J], own index only.   Needs   HeatTemperature in an earlier group.
     Errors   ValueError if rho0 or spacing <= 0.
     Limits   The isothermal surface lies within 0.06 spacings of the face (measured), so the error is of first order.
-    Explicit: at ``heat_dt`` = 0.1 rho c h^2/k it moves a particle at the face by .7 of the difference at most, and one
-    within a heated block by 1.4 of it, which still dies down.
+    Explicit: at ``heat_dt`` = 0.1 rho c h^2/k the temperature of a particle at the face changes by at most .7 of the
+    difference, and that of a particle inside a heated block by 1.4 of it, which is still stable.
     """
 
     def __init__(self, dest, sources, rho0, spacing, dim):
@@ -175,12 +176,12 @@ class HeatFixedTemperature(Equation):
 
 
 class HeatFluxWeight(Equation):
-    r"""Weights by which a heater's power is shared out: the kernel sum over the heater's particles in reach.
+    r"""Weights for the distribution of a heater's power: the kernel sum over the heater's particles in reach.
 
-    Wet and dry particles are told apart by their conductivity; the dry get heat only where nothing wet is in reach of
-    the heater, since one vapour particle on a dry spot would otherwise take the power of the whole spot.
+    The conductivity distinguishes liquid (wet) from vapour (dry) particles. Vapour only gets heat if no liquid is in
+    reach of the heater, because otherwise a single vapour particle would take the power of a whole dry spot.
 
-    Source: ours. A metal base spreads heat sideways, so the heated area is one patch and its power one number.
+    Source: ours. A metal base conducts heat sideways, so the heated area is treated as one patch with one power.
 
     Parameters
     ----------
@@ -221,7 +222,7 @@ class HeatFluxWeight(Equation):
 
 
 class HeatFlux(Equation):
-    r"""A heater of given power, delivered exactly: the shares of :class:`HeatFluxWeight` add up to one.
+    r"""A heater of given power, which is delivered exactly, since the normalised weights add up to one.
 
     .. math::  m_i \frac{de_i}{dt} \mathrel{+}= P \frac{w_i}{\sum_j w_j}
 
@@ -256,11 +257,12 @@ class HeatAmbientLoss(Equation):
 
     .. math::  \Delta e_i = -c\, (T^*_i - T_a) \left(1 - e^{-\eta A_i \Delta t_h/(m_i c)}\right)
 
-    T* is the temperature to which all other terms lead in that step, so T stays between T_a and T* at any coefficient.
-    Where a particle boils in that step, so that less heat makes it as hot, it takes no more than up to ``e_hot``.
+    T* is the temperature after all other terms of the step, so T stays between T_a and T* for any coefficient. If the
+    ambient is hotter than saturation and the particle boils in this step, it takes up heat only until ``e_hot``.
 
     Source: ours; the gradient of the indicator function is a surface density (as in continuum surface force models),
-    and ``factor`` a makes it exact on a flat lattice surface. Walls count as filled by :class:`HeatAmbientWall`.
+    and the ``factor`` a makes it exact for the flat surface of a lattice. :class:`HeatAmbientWall` counts walls as
+    filled.
 
     Parameters
     ----------
@@ -277,8 +279,8 @@ class HeatAmbientLoss(Equation):
     Reads    d_T [K], d_e [J/kg], d_k [W/(m K)], d_m, s_m [kg], constant heat_dt [s].   Writes   d_gsx, d_gsy, d_gsz
     [1/m], d_ae [J/(kg s)], d_q_loss [J] (positive when heat leaves), own index only.
     Needs    to be the last of the terms that add to ``ae``.   Errors   ValueError outside the ranges above.
-    Limits   Measured area of a disordered surface: +11 % at a displacement of .2 spacings, +68 % at .3. Latent heat
-    leaves as sensible heat does, at most c (T_sat - T_a) in a heat step.
+    Limits   On a disordered surface the area is too large, by 11 % at displacements of .2 spacings and 68 % at .3
+    (measured). Latent heat is lost in the same way, at most c (T_sat - T_a) per heat step.
     """
 
     def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor, c, c_vapour=1.0,
@@ -331,10 +333,10 @@ class HeatAmbientLoss(Equation):
 
 
 class HeatAmbientWall(Equation):
-    r"""Walls count as filled in :class:`HeatAmbientLoss`: their part of :math:`\sum_j V_j \nabla W_{ij}`.
+    r"""The contribution of walls to :math:`\sum_j V_j \nabla W_{ij}` in :class:`HeatAmbientLoss`.
 
-    Source: ours. The mass of a wall particle is no measure of its volume here: it is chosen for the density
-    constraint, where it is large enough to hold the fluid off, and would make every wall a free surface.
+    Source: ours. The volume does not follow from the mass of the wall particle, which is chosen for the density
+    constraint and would turn every wall into a free surface here.
 
     Parameters
     ----------
@@ -381,7 +383,7 @@ class HeatUniformSource(Equation):
 
 
 class HeatUpdate(Equation):
-    r"""Forward Euler step of the enthalpy, :math:`e \leftarrow e + \Delta t_h\, \dot e`, at the end of its group.
+    r"""Forward Euler step of the enthalpy, :math:`e \leftarrow e + \Delta t_h\, \dot e`.
 
     Source: ours. The time step is the constant ``heat_dt`` [s] of the array, set before each evaluation: by the
     integrator of our schemes, by :class:`pysph_boiling.schemes.integrator.HeatClock` in any other scheme.

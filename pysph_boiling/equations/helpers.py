@@ -1,10 +1,9 @@
-"""Functions that kernels call: temperature from enthalpy, and the counter-based random numbers.
+"""Functions that kernels call: temperature from enthalpy, random numbers, and fast smoothing kernels.
 
-They are compiled into each kernel that lists them in ``_get_helpers_``; a default argument gives a C type.
+They are compiled into each kernel that lists them in ``_get_helpers_``; default arguments define the C types.
 
-The smoothing kernel of a sum that must be fast is one polynomial without branches, so that compilers vectorise the loop
-over the neighbours: :func:`boiling_kernel` and :func:`boiling_kernel_slope`, for the kernels of
-:func:`kernel_coefficients`.
+:func:`boiling_kernel` and :func:`boiling_kernel_slope` are polynomials without branches, so that compilers can
+vectorise the loops over neighbours; :func:`kernel_coefficients` has the kernels that they support.
 """
 from compyle.api import declare
 
@@ -19,7 +18,7 @@ def kernel_coefficients(kernel):
     shapes = {"CubicSpline": (0.25, 0.0, 0.0, -1.0), "WendlandQuintic": (0.0, 0.3125, -0.125, 0.0)}
     name = type(kernel).__name__
     if name not in shapes or kernel.dim == 1:
-        raise ValueError(f"the density constraint knows the kernels {' and '.join(shapes)} in 2-D and 3-D, got "
+        raise ValueError(f"the density constraint supports the kernels {' and '.join(shapes)} in 2-D and 3-D, got "
                          f"{name} in {kernel.dim}-D")
     return tuple(float(kernel.fac) * c for c in shapes[name])
 

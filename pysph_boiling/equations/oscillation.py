@@ -1,7 +1,7 @@
-"""Bubble oscillation: the push that brings the mean radius of a bubble to where it should be.
+"""Bubble oscillation: displacements that bring the mean radius of a bubble to its target.
 
-What a bubble lacks is measured on the host, one number a bubble (:mod:`pysph_boiling.schemes.effects.oscillation`);
-the kernel turns it into a displacement of each of its particles.
+The host computes one number per bubble (:mod:`pysph_boiling.schemes.effects.oscillation`), and the kernel turns it into
+a displacement of each particle of the bubble.
 """
 from math import sqrt
 
@@ -16,16 +16,16 @@ class BubbleOscillation(Equation):
     .. math::  \Delta x_i = w_i P_b\, (d_i - \bar d_b), \qquad d_i = \frac{x_i - c_b}{|x_i - c_b|}, \quad w = 1/m,
                \qquad P_b = \frac{\omega}{N}\frac{r_\text{target} - r_\text{mean}}{\sum_i w_i |\nabla_i r|^2 + \epsilon}
 
-    Source: the paper, eqs. 27 to 30, with the mean radius r of eq. 24 and :math:`\nabla_i r = (d_i - \bar d)/N`. A mean
-    direction of zero gives its approximation, eq. 28, whose pushes do not add up to zero.
+    Source: the paper, eqs. 27 to 30, with the mean radius r of eq. 24 and :math:`\nabla_i r = (d_i - \bar d)/N`. With a
+    mean direction of zero it is the paper's approximation, eq. 28, whose displacements have a net momentum.
 
     Parameters
     ----------
-    nearest : float   Nearer to the centre than this [m], > 0, the direction fades to zero.
+    nearest : float   At distances from the centre below this [m], > 0, the direction decreases to zero.
 
     Reads    d_phase, d_m [kg], d_bcx, d_bcy, d_bcz (centre of its bubble) [m], d_bdx, d_bdy, d_bdz (mean direction)
     [-], d_push_multiplier (P_b) [kg m].   Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], own index only.
-    Needs    what it reads set since the particles last moved.   Errors   ValueError if nearest <= 0.
+    Needs    these values for the present positions.   Errors   ValueError if nearest <= 0.
     """
 
     def __init__(self, dest, sources, nearest):

@@ -1,8 +1,8 @@
 """Phases: temperature by state, the kinetic condition, and every edge of the state machine.
 
-The table of edges is :data:`pysph_boiling.phases.EDGES`. One group finds the kinetic condition
-from the states of the neighbours, the next one writes the new states.
-The integers are those of :class:`pysph_boiling.phases.Phase`: 0 liquid, 1 transition, 2 superheated, 3 vapour.
+The table of edges is :data:`pysph_boiling.phases.EDGES`. One group finds the kinetic condition from the states of the
+neighbours, and the next one writes the new states. The integers are those of :class:`pysph_boiling.phases.Phase`:
+0 liquid, 1 transition, 2 superheated, 3 vapour.
 """
 from compyle.api import declare
 from pysph.sph.equation import Equation
@@ -18,7 +18,7 @@ __all__ = [
 class PhaseTemperature(Equation):
     r"""Temperature and conductivity of each particle by its phase (``interrupt="convert"``); resets ``ae``.
 
-    Source: the paper, Table 2 and eq. 3: sensible heat moves T, latent heat does not.
+    Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not.
 
     Parameters
     ----------
@@ -26,7 +26,8 @@ class PhaseTemperature(Equation):
     L : float          Latent heat [J/kg].
     c_l, c_v : float   Specific heat capacity of liquid and vapour [J/(kg K)].
     k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
-    subcooling : float  Share of what vapour lacks (e < L) that its temperature shows [-]: 1, or 0 if it is latent heat.
+    subcooling : float  Fraction of the deficit L - e of vapour that lowers its temperature [-]: 1, or 0 if the deficit
+        is latent heat.
 
     Reads    d_e [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
     """
@@ -54,11 +55,11 @@ class PhaseTemperature(Equation):
 
 
 class PhaseTemperatureHold(Equation):
-    r"""As :class:`PhaseTemperature`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+    r"""As :class:`PhaseTemperature`, with latent heat held since an interruption (``interrupt="hold"``).
 
-    Superheated liquid reads T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above.
+    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above.
 
-    Source: ours; the paper converts, which can jump by up to L/c_l = 535 K.
+    Source: ours; in the paper the temperature can jump by up to L/c_l = 535 K at an interruption.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ class PhaseTemperatureHold(Equation):
 
 
 class PhaseTemperatureAfter(Equation):
-    """Temperature once more, after ``HeatUpdate`` in its group, so that T is never behind e (``interrupt="convert"``).
+    """Temperature again, after ``HeatUpdate`` in the same group, so that T always fits e (``interrupt="convert"``).
 
     Source: ours.
 
@@ -118,7 +119,7 @@ class PhaseTemperatureAfter(Equation):
 
 
 class PhaseTemperatureAfterHold(Equation):
-    """As :class:`PhaseTemperatureAfter`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+    """As :class:`PhaseTemperatureAfter`, with latent heat held since an interruption (``interrupt="hold"``).
 
     Source: ours (see :class:`PhaseTemperatureHold`).
 
@@ -147,7 +148,7 @@ class PhaseTemperatureAfterHold(Equation):
 
 
 class PhaseKineticReset(Equation):
-    """No site is near until a loop finds one; or, after Gu et al., the kinetic condition holds everywhere.
+    """Resets the kinetic condition to false, or to true everywhere as in the model of Gu et al.
 
     Source: the paper, section 3.3.2 (kinetic condition) and Table 1.
 
@@ -171,7 +172,7 @@ class PhaseKineticReset(Equation):
 class PhaseVapourCondition(Equation):
     """Kinetic condition from vapour: liquid at or above saturation within ``radius`` of a vapour particle.
 
-    Source: ours; without it a bubble cannot grow away from its site (the paper's text has sites only).
+    Source: ours; without it a bubble cannot grow away from its site (the paper only mentions sites).
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ class PhaseVapourCondition(Equation):
 
 
 class PhaseEdges(Equation):
-    """New state from the old one, the enthalpy and the kinetic condition (``interrupt="convert"``).
+    """The new state from the old one, the enthalpy and the kinetic condition (``interrupt="convert"``).
 
     Source: the paper, section 3.3.2 and Fig. 2, with the missing edges of :data:`pysph_boiling.phases.EDGES`. Stored
     latent heat turns into sensible heat at an interruption; ``e`` never changes.
@@ -255,10 +256,10 @@ class PhaseEdges(Equation):
 
 
 class PhaseEdgesHold(Equation):
-    """As :class:`PhaseEdges`, with the latent heat frozen at an interruption (``interrupt="hold"``).
+    """As :class:`PhaseEdges`, with latent heat held since an interruption (``interrupt="hold"``).
 
-    At an interruption e_lat = e is frozen, so the temperature stays at T_sat; it is given up when the transition is
-    resumed, when the particle cools below saturation, or when it becomes vapour.
+    At an interruption e_lat is set to e, so that the temperature stays at T_sat. It is reset when the transition
+    resumes, when the particle cools below saturation, or when it becomes vapour.
 
     Source: ours (see :class:`PhaseTemperatureHold`).
 
@@ -268,7 +269,7 @@ class PhaseEdgesHold(Equation):
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
     only.   Needs   the kinetic condition in an earlier group.
-    Limits   Held heat is invisible as temperature; the column ``energy_hidden`` reports it.
+    Limits   Held heat does not show in the temperature; the column ``energy_hidden`` of the results reports it.
     """
 
     def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):

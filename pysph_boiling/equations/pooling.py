@@ -1,4 +1,4 @@
-"""Pooled latent heat: liquid in transition joins the nearest bubble, and takes what the pool gives it."""
+"""Pooled latent heat: liquid in transition joins the nearest bubble and gets its enthalpy from the bubble's pool."""
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
@@ -6,9 +6,9 @@ __all__ = ["PoolingJoin", "PoolingShare"]
 
 
 class PoolingJoin(Equation):
-    """Bubble that liquid in transition belongs to: that of the nearest vapour particle within ``radius``.
+    """Assigns liquid in transition to the bubble of the nearest vapour particle within ``radius``.
 
-    Of bubbles that are equally near it joins the one with the smaller label; all others get ``NO_BUBBLE``.
+    Of equally near bubbles it joins the one with the smaller label. All other particles get ``NO_BUBBLE``.
 
     Source: ours.
 
@@ -51,7 +51,7 @@ class PoolingJoin(Equation):
 
 
 class PoolingShare(Equation):
-    """Enthalpy from the pool of the bubble; who has its latent heat complete by it becomes vapour.
+    """Sets the enthalpy from the pool of the bubble; a particle whose latent heat is then complete becomes vapour.
 
     Source: ours; the paper stores latent heat in each particle (section 3.3.2).
 
@@ -61,10 +61,10 @@ class PoolingShare(Equation):
     L : float       Latent heat [J/kg].
     c_v : float     Specific heat capacity of vapour [J/(kg K)].
 
-    Reads    d_pooled [J/kg], negative for a particle that no pool serves.
+    Reads    d_pooled [J/kg], negative for a particle without a pool.
     Writes   d_e [J/kg], d_phase, d_T [K], d_vaporised, own index only.
-    Needs    the hook of ``LatentPooling`` after PoolingJoin: it sums over bubbles. Only liquid in transition is served,
-             which holds no heat back (e_lat = 0).
+    Needs    the hook of ``LatentPooling`` after PoolingJoin, which sums over bubbles. Only liquid in transition gets a
+             pool, and it holds no latent heat (e_lat = 0).
     """
 
     def __init__(self, dest, sources, T_sat, L, c_v):

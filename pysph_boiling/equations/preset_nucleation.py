@@ -1,4 +1,4 @@
-"""Nucleation at preset sites: the kinetic condition they give, and their pull on the liquid near them."""
+"""Nucleation at preset sites: the kinetic condition near them, and their attraction of liquid."""
 from math import sqrt
 
 from compyle.api import declare
@@ -8,7 +8,7 @@ __all__ = ["NucleationSiteAttraction", "NucleationSiteCondition"]
 
 
 class NucleationSiteCondition(Equation):
-    """Kinetic condition from preset sites: any site within ``radius``.
+    """The kinetic condition from preset sites: it holds if a site is within ``radius``.
 
     Source: the paper, section 3.2.1.
 
@@ -36,7 +36,7 @@ class NucleationSiteAttraction(Equation):
 
     .. math::  a_i = a_s (1 - r/r_a)^2 \,\hat{n}_{i \to s}, \qquad r < r_a
 
-    Source: the paper, section 3.2.1, which names the attraction and gives no formula; the formula is ours.
+    Source: the paper, section 3.2.1, mentions the attraction without a formula; the formula is ours.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class NucleationSiteAttraction(Equation):
     radius : float     r_a [m], > 0.
 
     Reads    d_phase, positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
-    Errors   ValueError if strength < 0 or radius <= 0.   Limits   Sites do not recoil: momentum goes to the wall.
+    Errors   ValueError if strength < 0 or radius <= 0.   Limits   Sites do not recoil; the wall takes up the momentum.
     """
 
     def __init__(self, dest, sources, strength, radius):

@@ -1,9 +1,9 @@
-"""Latent heat stored in preset sites (Li & Xiao): liquid pays in, a full site emits a bubble at once.
+"""Latent heat stored in preset sites (Li & Xiao): a site absorbs heat of the liquid near it, and emits whole bubbles.
 
-Five groups, since each reads what all particles wrote in the one before: :class:`StorageNearest` and
-:class:`StorageOccupied`, :class:`StorageChoice`, :class:`StorageAbsorption`, :class:`StorageEmission`,
-:class:`StorageVapour`. A site is known by its ``number``, which its periodic images share. A particle keeps the squared
-distance from its site, and all decisions compare that one number, so they agree to the last bit.
+There are five groups, because each reads what all particles wrote in the one before: :class:`StorageNearest` with
+:class:`StorageOccupied`, :class:`StorageChoice`, :class:`StorageAbsorption`, :class:`StorageEmission` and
+:class:`StorageVapour`. A site is identified by its ``number``, which its periodic images share. A particle stores the
+squared distance from its site, and all decisions compare this one number, so that they agree to the last bit.
 """
 from compyle.api import declare
 from pysph.sph.equation import Equation
@@ -14,15 +14,15 @@ __all__ = [
 
 
 class StorageNearest(Equation):
-    """Nearest site of each particle that is not vapour; of two at one distance that of the smaller number.
+    """The nearest site of each particle that is not vapour; of two at equal distance, the one with the smaller number.
 
-    Source: ours; the paper compares with Li & Xiao in Table 1 and gives no formula.
+    Source: ours; the paper compares with Li & Xiao in Table 1 without a formula.
 
     Parameters
     ----------
     reach : float   Largest distance at which a site acts [m], > 0.
 
-    Reads    d_phase, s_number, positions.   Writes   d_site (-1: none in reach), d_site_r2 [m^2], own index only.
+    Reads    d_phase, s_number, positions.   Writes   d_site (-1 if none is in reach), d_site_r2 [m^2], own index only.
     Errors   ValueError if reach <= 0.
     """
 
@@ -55,7 +55,7 @@ class StorageNearest(Equation):
 
 
 class StorageOccupied(Equation):
-    """A site is occupied while there is vapour within ``radius``. It tells where it stands in memory, too.
+    """Marks a site as occupied while there is vapour within ``radius``; also stores its index in memory.
 
     Source: ours, after Li & Xiao (one bubble per site at a time).
 
@@ -84,11 +84,11 @@ class StorageOccupied(Equation):
 
 
 class StorageChoice(Equation):
-    r"""The ``n_emit`` nearest particles of each site, ties by uid, and what it costs to vaporise them.
+    r"""Chooses the ``n_emit`` nearest particles of each site, ties by uid, and the heat needed to vaporise them.
 
     .. math::  C_s = \sum m_i (L - e_i)
 
-    The site publishes the last of them, as a cut (squared distance, uid): it has chosen those up to the cut.
+    The site stores the squared distance and the uid of the last of them: all particles up to this one are chosen.
 
     Source: ours, after Li & Xiao.
 
@@ -150,11 +150,11 @@ class StorageChoice(Equation):
 
 
 class StorageAbsorption(Equation):
-    r"""Superheated liquid near a site pays part of its excess into it, unless the site is occupied or full.
+    r"""Superheated liquid near a site gives it a part of its excess heat, unless the site is occupied or full.
 
     .. math::  q_i = f m_i e_i, \qquad f = \min(1, a\,\Delta t)
 
-    A site is full when it holds what its nearest particles cost.
+    A site is full when it holds the heat needed to vaporise its chosen particles.
 
     Source: ours, after Li & Xiao (a site absorbs the excess heat of the liquid near it).
 
@@ -166,7 +166,7 @@ class StorageAbsorption(Equation):
 
     Reads    d_site, d_site_r2 [m^2], d_m [kg], s_place, s_occupied, s_Q_s, s_cost [J].
     Writes   d_e [J/kg], d_T [K], d_paid, d_q_sites [J], own index only.
-    Needs    StorageChoice in an earlier group. Liquid holds no latent heat back (e_lat = 0).
+    Needs    StorageChoice in an earlier group; liquid holds no latent heat (e_lat = 0).
     Errors   ValueError if radius <= 0 or rate < 0.
     """
 
@@ -199,7 +199,7 @@ class StorageAbsorption(Equation):
 
 
 class StorageEmission(Equation):
-    r"""Receives what was paid; emits a bubble if the site is free and can pay for all of its particles.
+    r"""Adds the absorbed heat to a site, which emits a bubble if it is free and holds enough heat for it.
 
     .. math::  Q_s \leftarrow Q_s + \sum q_i, \qquad Q_s \leftarrow Q_s - C_s \quad\text{if } Q_s \ge C_s
 

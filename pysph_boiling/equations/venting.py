@@ -1,8 +1,8 @@
-"""The free surface as bubbles see it: which liquid is a film, which vapour is free, and how free vapour moves.
+"""Vapour at the free surface: which liquid is a film above a bubble, which vapour is free, and how free vapour moves.
 
-Two passes over an upward cone: liquid with nothing above it is film; vapour whose cone holds nothing but film is
-free. What then happens to a bubble (it leaves, or returns as liquid under a lid) is decided on the host after the
-step, by :class:`pysph_boiling.schemes.effects.venting.VentingTool`.
+There are two passes over an upward cone: liquid with an empty cone is film, and vapour with nothing but film in its
+cone is free. After the step, the host decides what happens to the bubble: it leaves, or a lid returns it as liquid
+(:class:`pysph_boiling.schemes.effects.venting.VentingTool`).
 """
 from math import sqrt
 
@@ -13,9 +13,10 @@ __all__ = ["VentingFilm", "VentingFree", "VentingRelease"]
 
 
 class VentingFilm(Equation):
-    """Liquid that is itself free surface: no particle in its upward cone.
+    """Marks liquid at the free surface as film: there is no particle in its upward cone.
 
-    Source: ours (a bubble under a film of liquid must be able to burst; "no liquid above" caps bubbles at 10).
+    Source: ours. A bubble under a film of liquid must be able to burst; with the rule "no liquid above", bubbles of
+    more than 10 particles never leave.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class VentingFilm(Equation):
 
 
 class VentingFree(Equation):
-    """Vapour that has something other than film in its upward cone.
+    """Marks vapour as covered if there is something other than film in its upward cone.
 
     Source: ours (see :class:`VentingFilm`).
 
@@ -111,7 +112,7 @@ class VentingFree(Equation):
 
 
 class VentingRelease(Equation):
-    """Free vapour falls: gravity is all that acts on it. Comes last in the force stage, and counts the free steps.
+    """Lets only gravity act on free vapour, and counts its free steps; it comes last in the force stage.
 
     Source: ours; with buoyancy, free vapour would fly out of the pool.
 

@@ -1,11 +1,11 @@
-"""Body force, XSPH viscosity and friction at walls: the terms of the force stage that every liquid may use."""
+"""Body force, XSPH viscosity and wall friction, which do not depend on boiling."""
 from pysph.sph.equation import Equation
 
 __all__ = ["PBFBodyForce", "PBFWallFriction", "PBFXSPHViscosity"]
 
 
 class PBFBodyForce(Equation):
-    r"""Uniform acceleration; it also resets the acceleration, so it comes first in the force stage.
+    r"""Uniform acceleration; it also resets the acceleration and must come first in the force stage.
 
     Source: the paper, Algorithm 1 line 17.
 
@@ -33,12 +33,12 @@ class PBFXSPHViscosity(Equation):
 
     .. math::  a_i = r \sum_j \frac{m_j}{\rho_0} (v_j - v_i) W_{ij}
 
-    Source: Schechter & Bridson 2012, used by Macklin & Müller 2013, eq. 17 (there once a step: c = r dt). Antisymmetric
-    in m a for any masses.
+    Source: Schechter & Bridson 2012, used by Macklin & Müller 2013, eq. 17 (there once per step, with c = r dt). It is
+    antisymmetric in m a for any masses.
 
     Parameters
     ----------
-    rate : float   Share of the velocity difference that is evened out in a unit of time [1/s], >= 0.
+    rate : float   Rate at which velocity differences decay [1/s], >= 0.
     rho0 : float   Rest density [kg/m^3], > 0.
 
     Reads    d_u .. d_w, s_u .. s_w [m/s], s_m [kg].   Writes   d_au, d_av, d_aw [m/s^2], own index only.
@@ -70,7 +70,7 @@ class PBFWallFriction(Equation):
 
     Parameters
     ----------
-    rate : float   Share of the velocity that is lost at a wall in a unit of time [1/s], >= 0.
+    rate : float   Rate at which the velocity at a wall decays [1/s], >= 0.
     rho0 : float   Rest density [kg/m^3], > 0.
 
     Reads    d_u .. d_w [m/s], s_m [kg].   Writes   d_au, d_av, d_aw [m/s^2], own index only.

@@ -1,1 +1,1 @@
-"""Commands that measure: problems with known answers, accuracy, validation, stress, the paper."""
+"""Commands that measure the model: problems with known answers, accuracy, validation, stress, and the paper."""

@@ -1,4 +1,4 @@
-"""One application a scene, each runnable by name."""
+"""The example scenes: one module with one application for each, run by its name."""
 import importlib
 import pkgutil
 
@@ -8,12 +8,12 @@ __all__ = ["scene_class", "scenes"]
 
 
 def scenes():
-    """Names of the scenes that can be run, sorted: modules of ``pysph_boiling.examples`` that define one."""
+    """Sorted names of all scenes: the modules of ``pysph_boiling.examples`` that define one."""
     return sorted(info.name for info in pkgutil.iter_modules(__path__))
 
 
 def scene_class(name):
-    """The application class of a scene. Raises ``ValueError`` with the known names."""
+    """The application class of the scene ``name``. Raises ``ValueError`` with the known names for an unknown one."""
     if name not in scenes():
         raise unknown("scene", name, scenes())
     module = importlib.import_module(f"pysph_boiling.examples.{name}")

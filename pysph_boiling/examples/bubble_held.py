@@ -1,9 +1,9 @@
-"""One bubble held in a pool: neutrally buoyant, hardly above saturation, so that nothing but the oscillation moves it.
+"""A neutrally buoyant bubble in a pool just above saturation: only the oscillation constraint moves it.
 
-Equations   those of bubble_rise; buoyancy just bears the bubble's weight (eq. 19; k_bubble = 0 here).
+Equations   those of bubble_rise; buoyancy balances the bubble's weight (eq. 19; k_bubble = 0 here).
 Source      the oscillation constraint of "Physically Based Boiling Simulation with Thermally Driven Dynamic
             Nucleation", section 4.3; its constants are varied for Table 3.
-Run time    a minute on one core (3-D, 2,880 particles); ``--flat`` seconds; and once 70 s to compile.
+Run time    a minute on one core (3-D, 2,880 particles), seconds with ``--flat``; the first run also compiles for 70 s.
 Command     pysph-boiling run bubble_held
 """
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class BubbleHeldParameters(BubbleRiseParameters):
 
 
 class BubbleHeld(BubbleRise):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = BubbleHeldParameters
     title = "bubble held"
@@ -39,20 +39,20 @@ class BubbleHeld(BubbleRise):
         scheme = super().make_scheme(p)
         scheme.set_effects(
             buoyancy=Buoyancy(k_bubble=0.0),
-            # a push can open a void in the bubble, which is no free surface
+            # a push can open a void in the bubble, which is not the free surface
             venting=Venting(mode="lid", free_fraction=1.0, free_steps=50))
         return scheme
 
     def check_bubbles(self, history):
-        begun = history["t"] >= 0.2 * self.parameters.duration  # the first push tears it, and it heals
+        begun = history["t"] >= 0.2 * self.parameters.duration  # the first push tears it for a moment
         whole = float(np.min((history["n1"] / history["n"])[begun]))
         require(whole >= 0.9, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         kept = float(history["n"][-1] / history["n"][0])
-        require(kept >= 0.9, f"{kept:.0%} of the vapour are left: it must stay below the surface")
+        require(kept >= 0.9, f"only {kept:.0%} of the vapour is left, at least 90% must stay below the surface")
         p, material = self.parameters, self.scheme.material
         pool = sum(pa.get_number_of_particles(True) for pa in self.scheme.arrays)
         most = 1.1 + p.superheat * material.c_l / material.L * pool / float(history["n"][0])  # and a tenth, being whole
-        require(kept <= most, f"there is {kept:.0%} of the vapour; the pool's heat pays for {most:.0%} at most")
+        require(kept <= most, f"the vapour grew to {kept:.0%}, but the pool's heat is enough for {most:.0%} at most")
 
 
 if __name__ == "__main__":

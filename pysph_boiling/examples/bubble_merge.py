@@ -1,8 +1,7 @@
-"""Two bubbles in a pool of slightly superheated water: the lower, larger one rises faster, catches the other and they
-merge into one.
+"""Two bubbles merge in a pool of slightly superheated water: the lower, larger one rises faster and catches the other.
 
-Equations   as ``bubble_rise``: bubbles are the connected components of vapour (the paper, section 4.1), held together
-            by surface tension (4.2.1); a larger bubble has less surface to its volume, so that drag slows it less.
+Equations   those of ``bubble_rise``. Bubbles are the connected components of vapour (the paper, section 4.1), held
+            together by surface tension (4.2.1). A larger bubble has less surface per volume, so drag slows it less.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 8; Fig. 11 with
             ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
 Run time    about 3 minutes on one core (3-D, 20,328 particles); ``--demo`` about 1 minute, ``--flat`` seconds.
@@ -18,16 +17,16 @@ from pysph_boiling.schemes.effects import param
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleMergeParameters(BubbleRiseParameters):
-    """As for one bubble; ``height`` and ``diameter`` are those of the lower bubble."""
+    """Those of bubble_rise, whose ``height`` and ``diameter`` are of the lower bubble, and those of the upper one."""
 
     duration: float = param(0.6, "s", "simulated time", above=0.0, may_change=True)
     second: float = param(4.0, "-", "diameter of the upper bubble, in spacings", above=1.0)
     gap: float = param(2.0, "-", "gap between the two at the start, in spacings", above=1.5)
-    aside: float = param(1.0, "-", "the upper bubble is this far to the side, in spacings")
+    aside: float = param(1.0, "-", "horizontal offset of the upper bubble, in spacings")
 
 
 class BubbleMerge(BubbleRise):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = BubbleMergeParameters
     title = "bubble merge"
@@ -43,9 +42,9 @@ class BubbleMerge(BubbleRise):
 
     def check_bubbles(self, history):
         event = merger(history)
-        require(event is not None, f"{history['bubbles'][0]:.0f} bubbles at the start did not become one")
-        # vapour may grow or condense between two frames, by less than a tenth
-        require(abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} of the vapour of the two")
+        require(event is not None, f"the {history['bubbles'][0]:.0f} bubbles of the start did not merge into one")
+        # between two frames, less than a tenth of the vapour may grow or condense
+        require(abs(event.ratio - 1.0) <= 0.1, f"the merged bubble has {event.ratio:.2f} times the vapour of the two")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""One bubble in a pool of slightly superheated water: it rises from near the base to the surface, and pulsates.
+"""A bubble rises through a pool of slightly superheated water to the surface, and pulsates.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), dynamic nucleation
             (eqs. 3-7), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs. 18-19), surface tension and resistance
@@ -42,7 +42,7 @@ from pysph_boiling.schemes.effects import (
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleRiseParameters(SceneParameters):
-    """An open box of water a little above saturation, with a bubble near its base."""
+    """An open box of water slightly above saturation, with a bubble near its base."""
 
     duration: float = param(0.9, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(1.0 / 60.0, "s", "time between two outputs", above=0.0, may_change=True)
@@ -61,7 +61,10 @@ class BubbleRiseParameters(SceneParameters):
 
 
 class BubbleRise(SceneApplication):
-    """See the module. Base of the scenes of a few bubbles, which override :meth:`bubbles` and :meth:`check_bubbles`."""
+    """The scene of this module, and the base of scenes with a few bubbles.
+
+    Those override :meth:`bubbles` and :meth:`check_bubbles`.
+    """
 
     Parameters = BubbleRiseParameters
     title = "bubble rise"
@@ -71,7 +74,7 @@ class BubbleRise(SceneApplication):
     }
 
     def box(self, p):
-        """Inner corners of the vessel [m]; the top is the lid."""
+        """Inner corners of the vessel [m]; its top is the lid."""
         return upright_box(p, p.width, 1.3 * p.fill)
 
     def bubbles(self, p):
@@ -132,7 +135,7 @@ class BubbleRise(SceneApplication):
             else {}
 
     def history(self):
-        """What became of the bubbles: column -> array (outputs,), as :func:`~pysph_boiling.analysis.shapes.track`."""
+        """History of the bubbles: column -> array (outputs,), as from :func:`~pysph_boiling.analysis.shapes.track`."""
         return history(self.measured())
 
     def check_final(self):
@@ -140,14 +143,14 @@ class BubbleRise(SceneApplication):
         self.check_bubbles(self.history())
 
     def check_bubbles(self, history):
-        """Assert what the scene must show of its bubbles."""
+        """Check what the scene must show of its bubbles."""
         self.check_needs("venting")
         p = self.parameters
         height, diameter = history["height1"], p.diameter * p.spacing
         whole = float(np.min(history["n1"] / history["n"]))
         require(whole >= 0.8, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         risen = height[-1] - height[0]  # the surface ends it
-        require(risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters; it must by 3")
+        require(risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters, less than 3")
         fall = float(np.max(-np.diff(height)))
         require(fall <= 0.5 * p.spacing, f"the bubble sank by {fall / p.spacing:.2g} spacings in a frame")
         # one, or one more for each piece of the fifth that may come off

@@ -1,14 +1,14 @@
 """A bubble in a pool of slightly superheated water rises into a pair of eddies that stretch it and tear it apart.
 
-What splits it. A bubble in still water holds together (``bubble_rise``); what tears bubbles in a boil is the shear of
-the eddies that other bubbles leave behind (J. O. Hinze, AIChE J. 1, 1955: where rho_l u^2 d/sigma, with u the change of
-velocity across the bubble, exceeds a number of order one). Here two counter-rotating eddies are set up at the start,
-above the bubble: between them liquid falls, pierces the bubble and draws its flanks apart. After that nothing is
-imposed. A bubble so large has little surface tension for its size (Bond number 130), so cohesion is weak here; the
-oscillation constraint is soft (the omega of the paper's eq. 30 is small), since by pulling all of a bubble towards its
-mean radius it holds together what shear draws apart.
+Why it splits: a bubble in still water stays in one piece (``bubble_rise``). In boiling water, bubbles are torn by the
+shear of eddies that other bubbles leave behind, if rho_l u^2 d/sigma exceeds a number of order one, where u is the
+change of velocity across the bubble (J. O. Hinze, AIChE J. 1, 1955). Here two counter-rotating eddies are set up above
+the bubble at the start, and nothing is imposed afterwards. Between them liquid flows down, pierces the bubble and pulls
+its sides apart. Cohesion is weak, because surface tension has little effect on such a large bubble (Bond number 130).
+The oscillation constraint is weak too (small omega in the paper's eq. 30), because it pulls a bubble towards its mean
+radius and so resists splitting.
 
-Equations   as ``bubble_rise``; at the start the stream function of the eddies, S x exp(-(x^2 + (z - z0)^2)/(2 a^2)).
+Equations   those of ``bubble_rise``; the stream function of the eddies is S x exp(-(x^2 + (z - z0)^2)/(2 a^2)).
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 9; Fig. 12 with
             ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
 Run time    about 2 minutes on one core (3-D, 20,328 particles); ``--demo`` a minute, ``--flat`` seconds.
@@ -26,7 +26,7 @@ from pysph_boiling.schemes.effects import Cohesion, Oscillation, Venting, param
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleSplitParameters(BubbleRiseParameters):
-    """As for one bubble, which is larger; and the eddies."""
+    """The parameters of bubble_rise with a larger bubble, and those of the eddies."""
 
     duration: float = param(0.35, "s", "simulated time", above=0.0, may_change=True)
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
@@ -39,7 +39,7 @@ class BubbleSplitParameters(BubbleRiseParameters):
 
 
 class BubbleSplit(BubbleRise):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = BubbleSplitParameters
     title = "bubble split"
@@ -54,7 +54,7 @@ class BubbleSplit(BubbleRise):
         scheme.set_effects(
             cohesion=Cohesion(strength=p.cohesion_strength),
             oscillation=Oscillation(form="hysteresis", omega=0.2),
-            # eddies open gaps, in which vapour is free for a moment
+            # eddies open gaps, which free some vapour for a moment
             venting=Venting(mode="lid", free_fraction=1.0, free_steps=6))
         return scheme
 
@@ -66,9 +66,9 @@ class BubbleSplit(BubbleRise):
     def check_bubbles(self, history):
         event = split(history)
         require(event is not None, "the bubble did not split")
-        require(event.smaller >= PIECE[self.parameters.dim], f"the smaller daughter has {event.smaller} particles")
-        # vapour may grow or condense between two frames, and a splash may come off: less than a tenth
-        require(abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} of the vapour of the bubble")
+        require(event.smaller >= PIECE[self.parameters.dim], f"the smaller daughter only has {event.smaller} particles")
+        # between two frames, less than a tenth of the vapour may grow, condense or splash off
+        require(abs(event.ratio - 1.0) <= 0.1, f"the daughters have {event.ratio:.2f} times the vapour of the bubble")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""Cooling: steady boiling until the heater is switched off; bubbles condense or leave, and the surface settles.
+"""Cooling: steady boiling until the heater is switched off; then bubbles condense or leave, and the surface settles.
 
 Equations   those of ``steady_boiling``; condensation (the paper, eqs. 20-22), heat loss at the surface.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 4.
-Run time    about 15 minutes on two cores (3-D, 20,736 particles); ``--flat`` a minute, and once 3 minutes to compile.
+Run time    about 15 minutes on two cores (3-D, 20,736 particles), a minute with ``--flat``; the first run also compiles
+            for 3 minutes.
 Command     pysph-boiling run cooling
 """
 import dataclasses
@@ -17,11 +18,12 @@ from pysph_boiling.schemes.effects import param
 
 @dataclass(frozen=True, kw_only=True)
 class CoolingParameters(SuperheatSitesParameters):
-    """A shallow vessel below cold air, heated for a while.
+    """A shallow vessel below cold air that is heated for a while.
 
-    Heat runs faster against motion than in steady boiling, and the base is less superheated, to make as much vapour.
-    What clings to the base must lose its latent heat to the liquid, through vapour that conducts little, and the liquid
-    must lose it at the surface: one particle in ten as vapour holds as much as 50 K of the whole pool.
+    Vapour that clings to the base must lose its latent heat to the liquid, although it conducts badly, and the liquid
+    must lose it at the surface: if one particle in ten is vapour, that heat would warm the whole pool by 50 K. Heat
+    therefore runs faster relative to motion than in steady boiling, and the base is less superheated so that it still
+    makes about as much vapour.
     """
 
     duration: float = param(2.6, "s", "simulated time", above=0.0, may_change=True)
@@ -32,7 +34,7 @@ class CoolingParameters(SuperheatSitesParameters):
     fill: int = param(16, "-", "height of the water, in spacings", low=6)
     sites: int = param(16, "-", "preset nucleation sites on the heated base", low=1)
     subcooling: float = param(3.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    time_scaling: float = param(12000.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+    time_scaling: float = param(12000.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
                                 sets="heat.time_scaling")
     superheat: float = param(5.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
@@ -41,7 +43,7 @@ class CoolingParameters(SuperheatSitesParameters):
 
 
 class Cooling(SuperheatSites):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = CoolingParameters
     title = "cooling"
@@ -60,13 +62,13 @@ class Cooling(SuperheatSites):
         self.check_needs("heater", "phases", "condensation")
         results, last, off = self.ledger.table(), self.ledger.rows[-1], self.scheme.effects["heater"].until
         if off is None or off >= self.solver.t:
-            raise NotChecked("the heater was on to the end")
+            raise NotChecked("the heater was on until the end")
         condensed = np.interp(off, results["t"], results["n_condensed"])
-        # How much it boils is the heater's affair, and that the heat pays for it the ledger's: no upper bound.
-        require(results["n_vapour"].max() >= 20, "it never boiled")
+        # The heater decides how much it boils, and the ledger checks the heat, so there is no upper bound here.
+        require(results["n_vapour"].max() >= 20, "the water never boiled")
         require(last["n_condensed"] > condensed, "nothing condensed once the heater was off")
-        require(last["n_vapour"] == 0, f"{last['n_vapour']:g} particles are vapour still")
-        require(last["T_max"] < self.scheme.material.T_sat, f"it is {last['T_max']:.1f} K hot somewhere")
+        require(last["n_vapour"] == 0, f"{last['n_vapour']:g} particles are still vapour")
+        require(last["T_max"] < self.scheme.material.T_sat, f"the highest temperature is still {last['T_max']:.1f} K")
 
 
 if __name__ == "__main__":

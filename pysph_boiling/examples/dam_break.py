@@ -1,4 +1,4 @@
-"""Dam break: a column of water collapses and runs along a floor. Position Based Fluids alone, no heat.
+"""Dam break: a column of water collapses and runs along a floor; Position Based Fluids without heat.
 
 Equations   density constraint (Macklin & Müller 2013, eqs. 1-12), boundary particles (Akinci et al. 2012).
 Source      Martin & Moyce 1952 and Koshizuka & Oka 1996, whose fronts PySPH ships in ``pysph.examples.db_exp_data``.
@@ -17,8 +17,8 @@ from pysph_boiling.runs.application import SceneApplication, SceneParameters
 from pysph_boiling.schemes.effects import BoxContainer, XSPHViscosity, param
 from pysph_boiling.schemes.pbf import PBFScheme
 
-WINDOW = (0.5, 2.5)  # t sqrt(g/H) in which the front is compared: after the gate has opened, before the data ends
-FRONT_TOLERANCE = 0.1  # relative distance from the range of the experiments, which differ by up to 9 % themselves
+WINDOW = (0.5, 2.5)  # t sqrt(g/H) between which fronts are compared: the gate has opened, and there are data
+FRONT_TOLERANCE = 0.1  # relative distance from the range of the experiments, up to 9 % wide
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class DamBreakParameters(SceneParameters):
 
 
 class DamBreak(SceneApplication):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = DamBreakParameters
     title = "dam break"
@@ -97,10 +97,10 @@ class DamBreak(SceneApplication):
             require(np.all((values > lower[k]) & (values < upper[k])), f"particles left the tank along {axis}")
         fastest = np.sqrt(np.max(fluid.u**2 + fluid.v**2 + fluid.w**2))
         fall = np.sqrt(2.0 * self.scheme.scene().g * (upper[self.parameters.dim - 1] - lower[self.parameters.dim - 1]))
-        require(fastest <= 2.0 * fall, f"a particle has {fastest:.3g} m/s: falling through the tank gives {fall:.3g}, "
-                "and a jet that is squeezed out is at most twice as fast")
+        require(fastest <= 2.0 * fall, f"a particle has {fastest:.3g} m/s; a fall through the tank gives {fall:.3g}, "
+                "and a jet may be at most twice as fast")
         error = self.front_error()
-        require(error <= FRONT_TOLERANCE, f"front is {error:.1%} outside the range of the experiments")
+        require(error <= FRONT_TOLERANCE, f"the front is {error:.1%} outside the range of the experiments")
 
     def draw(self):
         from matplotlib.figure import Figure

@@ -1,11 +1,12 @@
-"""Explosive boiling: superheated water in a vessel without sites bursts into vapour; the pool foams, swells, settles.
+"""Explosive boiling: superheated water in a vessel without sites bursts into vapour; the pool swells and settles.
 
-Equations   those of steady_boiling without preset sites and heater, dynamic nucleation (the paper, eqs. 3-7), the
-            oscillation of bubbles (eqs. 23-30), and vapour that fills twice the volume of its liquid; a lid returns
+Equations   those of steady_boiling without preset sites and heater; dynamic nucleation (the paper, eqs. 3-7); the
+            oscillation of bubbles (eqs. 23-30); vapour that fills twice the volume of its liquid; a lid that returns
             vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Figs. 5 and 6
             (``--no-oscillation``).
-Run time    about 6 minutes on two cores (3-D, 20,384 particles); ``--flat`` half a minute, and once 90 s to compile.
+Run time    about 6 minutes on two cores (3-D, 20,384 particles), half a minute with ``--flat``; the first run also
+            compiles for 90 s.
 Command     pysph-boiling run explosive_boiling
 """
 from dataclasses import dataclass
@@ -44,7 +45,7 @@ class ExplosiveBoilingParameters(SceneParameters):
 
     duration: float = param(1.5, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
-    seed: int = param(1, "-", "seed of the start positions and of what bursts", low=0)
+    seed: int = param(1, "-", "seed of the start positions and of the bursts", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
     width: int = param(28, "-", "width and depth of the vessel, in spacings", low=8)
@@ -56,13 +57,14 @@ class ExplosiveBoilingParameters(SceneParameters):
                                    sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.0, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
-    subcooling: float = param(2.0, "K", "the rest of the water and the feed, below saturation", low=0.0, high=80.0)
+    subcooling: float = param(2.0, "K", "temperature of the rest of the water and of the feed below saturation",
+                              low=0.0, high=80.0)
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
 
 
 class ExplosiveBoiling(SceneApplication):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = ExplosiveBoilingParameters
     title = "explosive boiling"
@@ -73,7 +75,7 @@ class ExplosiveBoiling(SceneApplication):
     }
 
     def box(self, p):
-        """Inner corners of the vessel [m]; the top is the lid."""
+        """Inner corners of the vessel [m]; its top is the lid."""
         return upright_box(p, p.width, (1.0 + p.headroom) * p.fill)
 
     def make_scheme(self, p):
@@ -121,11 +123,11 @@ class ExplosiveBoiling(SceneApplication):
         v_exp = self.scheme.effects["expansion"].v_exp if "expansion" in self.scheme.effects else 1.0
         heat = self.scheme.effects.get("heat")
         return {
-            **({} if heat is None else {"A (heat against motion)": (heat.time_scaling, "-")}),
+            **({} if heat is None else {"A (heat relative to motion)": (heat.time_scaling, "-")}),
             "St = c_l superheat/L": (paid, "-"),
-            "particles of vapour that the excess heat pays for": (
+            "particles that the excess heat can vaporise": (
                 paid * p.hot * self.counts()["fluid"], "-"),
-            "swelling if none vents": (paid * p.hot * (v_exp - 1.0), "-"),
+            "swelling if no vapour vents": (paid * p.hot * (v_exp - 1.0), "-"),
             "t* = sqrt(dx/g)": (self.scheme.scene().fall_time, "s"),
         }
 
@@ -137,16 +139,16 @@ class ExplosiveBoiling(SceneApplication):
         results = self.ledger.table()
         burst, particles = results["n_burst"][-1], sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
         p, material = self.parameters, self.scheme.material
-        paid = p.hot * material.c_l * p.superheat / material.L  # share of the water that the excess heat makes vapour
-        require(0.01 <= burst / particles <= paid, f"{burst:g} of {particles} particles burst; at least 1 % must, and "
-                f"no more than the {paid:.1%} that the excess heat pays for")
+        paid = p.hot * material.c_l * p.superheat / material.L  # fraction that the excess heat can vaporise
+        require(0.01 <= burst / particles <= paid, f"{burst:g} of {particles} particles burst into vapour; it must be "
+                f"at least 1%, and at most the {paid:.1%} that the excess heat can vaporise")
         level = self.measured()
         swelling = max(level) / level[0] - 1.0
         v_exp = self.scheme.effects["expansion"].v_exp if "expansion" in self.scheme.effects else 1.0
-        most = max(1.75 * paid * (v_exp - 1.0), 0.08)  # bubbles swing together, drops fly, voids open
-        require(0.04 <= swelling <= most, f"the level rose by {swelling:.1%}; it must by 4 % to {most:.1%}")
+        most = max(1.75 * paid * (v_exp - 1.0), 0.08)  # bubbles oscillate in phase, drops fly, voids open
+        require(0.04 <= swelling <= most, f"the level rose by {swelling:.1%}; it must rise by 4% to {most:.1%}")
         left = results["n_vapour"][-1] / results["n_vapour"].max()
-        require(left <= 0.5, f"{left:.0%} of the vapour is still there at the end; half must have gone")
+        require(left <= 0.5, f"{left:.0%} of the vapour is left at the end; it must be at most 50%")
 
 
 if __name__ == "__main__":

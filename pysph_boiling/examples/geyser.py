@@ -1,10 +1,10 @@
-"""A geyser, beyond the paper: a chamber heated from below, without sites, bursts through its vent, refills and repeats.
+"""A geyser: a chamber without sites is heated from below, erupts through its vent, refills, and erupts again.
 
-Equations   those of explosive_boiling, with a heated floor. Nothing but dynamic nucleation (the paper, eqs. 3-7) makes
-            vapour: water in the chamber superheats until a region bursts, its neighbours follow, the vapour pushes the
-            water out through the vent and escapes, and what falls back cold fills the chamber anew.
-Source      none: it shows what dynamic nucleation can do.
-Run time    about 20 minutes on two cores (3-D); ``--flat`` 2 minutes, and once 90 s to compile.
+Equations   those of explosive_boiling, with a heated floor. Vapour is only made by dynamic nucleation (the paper, eqs.
+            3-7): water in the chamber superheats until a region bursts, and its neighbours follow. The vapour pushes
+            the water out through the vent and escapes; cold water falls back and fills the chamber again.
+Source      none; this scene is not in the paper and shows what dynamic nucleation can do.
+Run time    about 20 minutes on two cores (3-D), 2 minutes with ``--flat``; the first run also compiles for 90 s.
 Command     pysph-boiling run geyser
 """
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ from pysph_boiling.runs.application import SceneParameters, upright_box
 from pysph_boiling.schemes.effects import Buoyancy, Heater, Venting, param
 
 ROCK = 2  # layers of wall
-LEAST = 0.08  # of all particles: bubbles that leave with so much are an eruption
+LEAST = 0.08  # smallest fraction of all particles that leaves as vapour in an eruption
 
 
 @dataclass(frozen=True, kw_only=True)
 class GeyserParameters(SceneParameters):
-    """A chamber, a funnel to a narrow vent, and a pool round the vent's mouth; lengths in spacings."""
+    """A chamber, a funnel to a narrow vent, and a pool around the mouth of the vent; lengths in spacings."""
 
     duration: float = param(5.0, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
-    seed: int = param(1, "-", "seed of the start positions and of what bursts", low=0)
+    seed: int = param(1, "-", "seed of the start positions and of the bursts", low=0)
     dim: int = param(3, "-", "dimension", choices=(2, 3))
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
     chamber: float = param(9.0, "-", "radius of the chamber (half its width in 2-D), in spacings", above=4.0)
@@ -37,7 +37,7 @@ class GeyserParameters(SceneParameters):
     vent_height: int = param(14, "-", "height of the vent, in spacings", low=4)
     pool: float = param(16.0, "-", "radius of the pool, in spacings", above=4.0)
     pool_depth: int = param(1, "-", "depth of the pool, in spacings", low=1)
-    sky: int = param(30, "-", "height above the pool, in spacings", low=4)
+    sky: int = param(30, "-", "height of the space above the pool, in spacings", low=4)
     superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
     superheat_limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
@@ -45,14 +45,14 @@ class GeyserParameters(SceneParameters):
     region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    time_scaling: float = param(2500.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+    time_scaling: float = param(2500.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
                                 sets="heat.time_scaling")
-    v_exp: float = param(3.0, "-", "volume of vapour in units of its liquid's", low=1.0, high=4.0,
+    v_exp: float = param(3.0, "-", "volume of vapour in units of the volume of its liquid", low=1.0, high=4.0,
                          sets="expansion.v_exp")
 
 
 class Geyser(ExplosiveBoiling):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = GeyserParameters
     title = "geyser"
@@ -62,12 +62,12 @@ class Geyser(ExplosiveBoiling):
     }
 
     def heights(self, p):
-        """Tops of the chamber, funnel, vent, pool and sky above the floor, in spacings."""
+        """Heights of the tops of chamber, funnel, vent, pool and sky above the floor, in spacings."""
         funnel = p.chamber - p.vent
         return np.cumsum([p.chamber_height, funnel, p.vent_height, p.pool_depth, p.sky])
 
     def inside(self, points, p):
-        """Which points (n, 3) [m] are in the cavity, shape (n,)."""
+        """Mask (n,) of the ``points`` (n, 3) [m] inside the cavity."""
         up = p.dim - 1
         z = points[:, up] / p.spacing
         r = np.linalg.norm(points[:, :up] / p.spacing - self.half(p), axis=1)
@@ -76,7 +76,7 @@ class Geyser(ExplosiveBoiling):
         return (z > 0.0) & (z < sky) & (r < radius)
 
     def half(self, p):
-        """Half the width of the box round everything, in spacings."""
+        """Half the width of the box around everything, in spacings."""
         return max(p.chamber, p.pool) + ROCK
 
     def box(self, p):
@@ -101,7 +101,7 @@ class Geyser(ExplosiveBoiling):
         return [fluid, self.rock(lower, upper, p, scheme, common)]
 
     def rock(self, lower, upper, p, scheme, common):
-        """Walls of the cavity; the uppermost layer below the chamber is the heater."""
+        """The walls of the cavity; the top layer below the chamber is the heater."""
         up = p.dim - 1
         below = list(lower)
         below[up] = -ROCK * p.spacing
@@ -129,7 +129,7 @@ class Geyser(ExplosiveBoiling):
         facts = {"t* = sqrt(dx/g)": (scene.fall_time, "s")}
         if "heat" in effects:
             diffusivity = effects["heat"].conductivity(material.k_l) / (material.rho_l * material.c_l)
-            facts |= {"A (heat against motion)": (effects["heat"].time_scaling, "-"),
+            facts |= {"A (heat relative to motion)": (effects["heat"].time_scaling, "-"),
                       "time for heat to cross a third of the chamber": (
                           (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s")}
         if "dynamic_nucleation" in effects:
@@ -138,14 +138,14 @@ class Geyser(ExplosiveBoiling):
 
     @property
     def eruptions(self):
-        """(time [s], particles of vapour) of every eruption so far."""
+        """(time [s], particles of vapour) of each eruption so far."""
         least = LEAST * sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
         return [(t, n) for t, n in self.vents if n >= least]
 
     def check_final(self):
         self.check_needs("dynamic_nucleation", "venting")
         count = len(self.eruptions)  # grows with the duration, so it has no upper bound
-        require(count >= 3, f"it erupted {count} times; it must at least 3 times")
+        require(count >= 3, f"there were {count} eruptions; there must be at least 3")
 
 
 if __name__ == "__main__":

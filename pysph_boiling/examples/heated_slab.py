@@ -1,4 +1,4 @@
-"""Heated slab: a plate of still water, one face suddenly hot. Heat conduction alone, against its exact solution.
+"""Heated slab: still water on a plate that is suddenly hot; heat conduction alone, compared with the exact solution.
 
 Equations   conduction between particles (Cleary & Monaghan 1999), T = T_0 + (T_1 - T_0) erfc(x / (2 sqrt(alpha t))).
 Source      Carslaw & Jaeger 1959, section 2.5.
@@ -18,17 +18,18 @@ from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import HeatConduction, Heater, param
 
 WIDTH = 8  # spacings across the periodic direction
-LATTICE = 3.0  # spacings that the heat must have come, 2 sqrt(alpha t): a wall has a face on that scale only
-SLAB = 0.5  # thicknesses that it may have come: the exact solution knows no far side; error .5 % there, 2 % at .65
+LATTICE = 3.0  # least depth of the heat, 2 sqrt(alpha t), in spacings: the face of a wall is not sharper than that
+SLAB = 0.5  # largest depth in thicknesses: the exact solution is for a deep slab; its error is .5 %, and 2 % at .65
 
 
 @dataclass(frozen=True, kw_only=True)
 class HeatedSlabParameters(SceneParameters):
-    """A slab of water on a plate that is hot from t = 0 on."""
+    """A slab of water on a plate that is hot from t = 0."""
 
     duration: float = param(60.0, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(5.0, "s", "time between two outputs", above=0.0, may_change=True)
-    substeps: int = param(5, "-", "steps in a frame; the heat is subcycled below that", low=1, may_change=True)
+    substeps: int = param(5, "-", "time steps between two outputs; conduction takes substeps if needed", low=1,
+                          may_change=True)
     thickness: float = param(0.02, "m", "thickness of the slab", above=0.0)
     spacing: float = param(0.5e-3, "m", "particle spacing", above=0.0)
     T_0: float = param(293.15, "K", "temperature at the start", above=0.0, temperature=True)
@@ -38,7 +39,7 @@ class HeatedSlabParameters(SceneParameters):
 
 
 class HeatedSlab(SceneApplication):
-    """See the module. The slab is periodic along x, so the problem has one dimension."""
+    """The scene of this module. The slab is periodic along x, so the problem is one-dimensional."""
 
     Parameters = HeatedSlabParameters
     title = "heated slab"
@@ -69,27 +70,30 @@ class HeatedSlab(SceneApplication):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
 
     def check_from(self, p):
-        return 0.0  # what limits it is not the time, see check_final
+        return 0.0  # the check is not limited by time, see solved()
 
     def reach(self):
-        """How far the heat has come, 2 sqrt(alpha t) [m]."""
+        """Depth to which the heat has come, 2 sqrt(alpha t) [m]."""
         material = self.scheme.material
         alpha = self.scheme.effects["heat"].conductivity(material.k_l) / (material.rho_l * material.c_l)
         return 2.0 * math.sqrt(alpha * self.solver.t)
 
     def solved(self):
-        """Raise :class:`NotChecked` where the exact solution is that of another problem."""
+        """Raise :class:`NotChecked` if the exact solution does not apply to this run."""
         self.check_needs("heater")
         p, effects, reach = self.parameters, self.scheme.effects, self.reach()
         if set(effects) != {"heat", "heater"} or effects["heater"].temperature in (None, p.T_0):
-            raise NotChecked("the exact solution is for a plate of another, given temperature, and nothing else")
+            raise NotChecked("the exact solution needs a plate of given temperature that differs from the water's, and "
+                             "no other effects")
         if any(change["parameter"] in ("heater.temperature", "heater.until") for change in self.changes):
-            raise NotChecked("the exact solution is for a plate of one temperature, and that of this run was changed")
+            raise NotChecked("the exact solution needs a constant temperature of the plate, which was changed in this "
+                             "run")
         if effects["heater"].until is not None:
-            raise NotChecked("the exact solution is for a plate that is never switched off")
+            raise NotChecked("the exact solution needs a plate that is never switched off")
         if not LATTICE * p.spacing <= reach <= SLAB * p.thickness:
-            raise NotChecked(f"the exact solution holds from {LATTICE:g} spacings to {SLAB:g} thicknesses of warm "
-                             f"water; here {reach / p.spacing:.2g} spacings, {reach / p.thickness:.2g} thicknesses")
+            raise NotChecked(f"the exact solution can be compared when the heat has come between {LATTICE:g} spacings "
+                             f"and {SLAB:g} thicknesses deep; here it is {reach / p.spacing:.2g} spacings, "
+                             f"{reach / p.thickness:.2g} thicknesses")
 
     def profile(self):
         """Depth [m], temperature and exact temperature [K] of the particles, sorted by depth."""

@@ -1,8 +1,8 @@
-"""PySPH's own TVF scheme, unmodified, with our heat equations: the same wave as in ``reuse_wcsph``.
+"""PySPH's TVF scheme, unmodified, with our heat equations: the same wave as in ``reuse_wcsph``.
 
 Equations   TVFScheme of PySPH (transport velocity, quintic spline); conduction as in ``reuse_wcsph``.
 Source      a Fourier mode of the heat equation in a periodic box that is carried along at a uniform velocity.
-Run time    about 5 s on two cores (2-D, 480 particles), and once about 25 s to compile.
+Run time    about 5 s on two cores (2-D, 480 particles); the first run also compiles for about 25 s.
 Command     pysph-boiling run reuse_tvf
 """
 from pysph.sph.scheme import TVFScheme
@@ -11,9 +11,9 @@ from pysph_boiling.examples.reuse_wcsph import C_0, SPACING, WATER, ReuseWCSPH
 
 
 class ReuseTVF(ReuseWCSPH):
-    """See the module. Only the scheme differs: equations, properties and clock of the heat are the same."""
+    """The scene of this module. Only the scheme differs; the heat equations and their properties are the same."""
 
-    hdx = 1.0  # as TVF is used; for the quintic spline the Laplacian hardly depends on it
+    hdx = 1.0  # the usual value for TVF; with the quintic spline the Laplacian hardly depends on it
 
     def create_scheme(self):
         pressure = WATER.rho_l * C_0**2

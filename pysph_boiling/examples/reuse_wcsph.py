@@ -1,9 +1,9 @@
-"""PySPH's own WCSPH scheme, unmodified, with our heat equations: a temperature wave drifts with a fluid and decays.
+"""PySPH's WCSPH scheme, unmodified, with our heat equations: a temperature wave drifts with a fluid and decays.
 
 Equations   WCSPHScheme of PySPH; conduction between particles (Cleary & Monaghan 1999), T = T_m + A cos(k (x - U t))
             with A = A_0 exp(-alpha k^2 t).
 Source      a Fourier mode of the heat equation in a periodic box that is carried along at a uniform velocity.
-Run time    about 3 s on two cores (2-D, 480 particles), and once about 25 s to compile.
+Run time    about 3 s on two cores (2-D, 480 particles); the first run also compiles for about 25 s.
 Command     pysph-boiling run reuse_wcsph
 """
 import math
@@ -34,20 +34,20 @@ HEIGHT = 12 * SPACING  # the box along y [m]; the wave does not vary along it
 K = 2.0 * math.pi / LENGTH  # wave number [1/m]
 RATE = WATER.k_l / (WATER.rho_l * WATER.c_l) * K**2  # of the decay, alpha k^2 [1/s]
 DURATION = 1.0 / RATE  # the amplitude falls to 1/e [s]
-U, V = 0.4 * LENGTH / DURATION, 0.5 * HEIGHT / DURATION  # of the flow [m/s]: much of it crosses the borders
+U, V = 0.4 * LENGTH / DURATION, 0.5 * HEIGHT / DURATION  # velocity [m/s]: much of the flow crosses the borders
 C_0 = 10.0 * math.hypot(U, V)  # speed of sound [m/s]
 T_MEAN, A_0 = 293.15, 10.0  # mean temperature and amplitude at the start [K]
-DECAY_TOLERANCE = 0.02  # of the amplitude; on this lattice the Laplacian is 0.4 % (WCSPH) or 0.9 % (TVF) too small
-SHAPE_TOLERANCE = 0.02  # of the amplitude: what is not a cosine at the place where the flow has carried it
-# Of sum m |e| at the start: pairs are antisymmetric, only round-off is left.
+DECAY_TOLERANCE = 0.02  # relative to the amplitude; on this lattice the Laplacian is 0.4 % (WCSPH) or 0.9 % (TVF) small
+SHAPE_TOLERANCE = 0.02  # relative to the amplitude: deviation from a cosine that has drifted with the flow
+# Relative to sum m |e| at the start: pairs are antisymmetric, so only round-off is left.
 ENERGY_TOLERANCE = {"double": 1e-12, "single": 1e-4}
 
 
 def heat_groups(fluid):
-    """Our equations, as a guest adds them to the end of a scheme's own groups.
+    """Groups with our equations, to be added after a scheme's own groups.
 
-    Ghosts work out their own temperature (``real=False``): PySPH has copied ``e`` to them after the last update, at the
-    latest when the particles moved, so both sides of the border see the same pair and energy stays exact.
+    Ghosts compute their own temperature (``real=False``). PySPH copies ``e`` to them after the last update, at the
+    latest when the particles move, so both sides of the border see the same pair, and energy is conserved exactly.
     """
     return [
         Group([HeatTemperature(fluid, None, T0=T_MEAN, c=WATER.c_l, k=WATER.k_l)], real=False, name="heat_temperature"),
@@ -57,9 +57,9 @@ def heat_groups(fluid):
 
 
 class ReuseWCSPH(Application):
-    """See the module."""
+    """The scene of this module."""
 
-    hdx = 1.3  # smoothing length over spacing: for the cubic spline the Laplacian is best near 1.0 and 1.3
+    hdx = 1.3  # smoothing length over spacing; with the cubic spline the Laplacian is best near 1.0 and 1.3
 
     def __init__(self, fname=None, output_dir=None, domain=None):
         super().__init__(fname=fname or type(self).__module__.rsplit(".", 1)[-1], output_dir=output_dir, domain=domain)
@@ -67,14 +67,14 @@ class ReuseWCSPH(Application):
     def _setup_argparse(self):
         super()._setup_argparse()
         pysph_options.settle(
-            self.arg_parse, also={"--restart-file": "PySPH's own reader would run what the file holds"})
+            self.arg_parse, also={"--restart-file": "PySPH's own reader would execute code in the file"})
 
     def consume_user_options(self):
         pysph_options.check(self.options)
 
     @property
     def output_files(self):
-        """Particle files of this run; PySPH's own list takes every file whose name begins alike."""
+        """Particle files of this run; PySPH's own list has every file whose name begins in the same way."""
         return output_files(self.output_dir, self.fname)
 
     def create_scheme(self):
@@ -86,7 +86,7 @@ class ReuseWCSPH(Application):
         self.scheme.configure_solver(dt=dt, tf=DURATION, pfreq=10**6)  # outputs: the first and the last step
 
     def create_nnps(self):
-        """Our neighbour search, if ``--nnps`` asks for it. ``None``: PySPH makes one."""
+        """Our neighbour search if ``--nnps`` names it; ``None`` lets PySPH make its own."""
         return search_for(self) if pysph_options.asks_for_ours(self.options) else None
 
     def create_domain(self):
@@ -113,7 +113,7 @@ class ReuseWCSPH(Application):
 
     @staticmethod
     def add_heat(fluid):
-        """The properties and constants that our heat equations need, from the table of the effect that has them."""
+        """Add the properties and constants of the heat equations, from the table of the effect."""
         heat = effects.HeatConduction()
         add_properties(fluid, heat.properties(None))
         for name, value in heat.constants(None).items():
@@ -127,13 +127,14 @@ class ReuseWCSPH(Application):
         super().run(argv)
         if not self.options.disable_output:
             print(f"look at {self.post_process(self.info_filename)}")
-        print(f"amplitude: {self.decay_error():+.2%} off the exact decay; energy drift {self.energy_drift():.1e}")
+        print(f"error of the amplitude: {self.decay_error():+.2%}; relative change of energy: "
+              f"{self.energy_drift():.1e}")
         self.check_final()
 
     # --- the final state ----------------------------------------------------------------------------------------------
 
     def excess(self):
-        """Temperature above the mean [K] of the real particles, of their ``e``."""
+        """Temperature above the mean [K] of the real particles, computed from ``e``."""
         return host(self.particles[0], "e") / WATER.c_l
 
     def phase(self):
@@ -157,12 +158,12 @@ class ReuseWCSPH(Application):
         return (now - self.energy[0]) / self.energy[1]
 
     def check_final(self):
-        """Assert the decay, the drift with the flow and the conservation of energy."""
+        """Check the decay, the drift with the flow and the conservation of energy."""
         error, shape, drift = self.decay_error(), self.shape_error(), self.energy_drift()
-        require(abs(error) <= DECAY_TOLERANCE, f"the amplitude is {error:+.2%} off the exact decay")
-        require(shape <= SHAPE_TOLERANCE, f"the wave is {shape:.2%} of its amplitude off the exact one")
+        require(abs(error) <= DECAY_TOLERANCE, f"the amplitude differs by {error:+.2%} from the exact one")
+        require(shape <= SHAPE_TOLERANCE, f"the wave differs by {shape:.2%} of its amplitude from the exact one")
         tolerance = ENERGY_TOLERANCE["double" if double_precision(self.options) else "single"]
-        require(abs(drift) <= tolerance, f"energy drifted by {drift:.1e}")
+        require(abs(drift) <= tolerance, f"the energy changed by {drift:.1e}")
 
     def post_process(self, info_fname_or_directory):
         """Draw the wave at the start and at the end, from the output files; returns the path of the picture."""

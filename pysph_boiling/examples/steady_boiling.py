@@ -1,10 +1,11 @@
-"""Steady boiling: a vessel of water on a hot base; vapour grows at preset sites, departs, rises and bursts.
+"""Steady boiling: in a vessel on a hot base, vapour bubbles grow at preset sites, depart, rise and burst.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
             (3.2.1), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs. 18-19), detachment (4.2.1); a lid returns
             vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
-Run time    about 11 minutes on two cores (3-D, 20,384 particles); ``--demo`` 2 to 3 minutes, and once 70 s to compile.
+Run time    about 11 minutes on two cores (3-D, 20,384 particles), 2 to 3 minutes with ``--demo``; the first run also
+            compiles for 70 s.
 Command     pysph-boiling run steady_boiling
 """
 from dataclasses import dataclass
@@ -38,7 +39,7 @@ from pysph_boiling.schemes.effects import (
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyBoilingParameters(SceneParameters):
-    """An open box of water near saturation, its base heated in the middle."""
+    """An open box of water near saturation, with a base that is heated in the middle."""
 
     duration: float = param(4.0, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
@@ -49,16 +50,16 @@ class SteadyBoilingParameters(SceneParameters):
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
     sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
-    heated: float = param(0.75, "-", "heated part of the base, by width", above=0.0, high=1.0)
+    heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
+    time_scaling: float = param(800.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
                                 sets="heat.time_scaling")
     superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
 
 
 class SteadyBoiling(SceneApplication):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = SteadyBoilingParameters
     title = "steady boiling"
@@ -68,7 +69,7 @@ class SteadyBoiling(SceneApplication):
     }
 
     def box(self, p):
-        """Inner corners of the vessel [m]; the top, half a filling above the water, is the lid."""
+        """Inner corners of the vessel [m]; its top, half a filling above the water, is the lid."""
         return upright_box(p, p.width, 1.5 * p.fill)
 
     def make_scheme(self, p):
@@ -120,7 +121,7 @@ class SteadyBoiling(SceneApplication):
         heat = effects["heat"]
         k = heat.conductivity(material.k_l)
         facts |= {
-            "A (heat against motion)": (heat.time_scaling, "-"),
+            "A (heat relative to motion)": (heat.time_scaling, "-"),
             "E (enhanced conductivity)": (heat.enhancement, "-"),
             "Fo = alpha_eff t*/dx^2": (k / (material.rho_l * material.c_l) * scene.fall_time / p.spacing**2, "-")}
         if "heater" in effects:
@@ -142,11 +143,11 @@ class SteadyBoiling(SceneApplication):
         require(departed, "no bubble left the base")
         median = float(np.median(departed))
         dim, across = self.parameters.dim, 0.5 * self.parameters.width
-        film = np.pi / {2: 4.0, 3: 6.0}[dim] * across**dim  # wider than half the base it is a film that comes off whole
-        require(8 <= median <= film, f"at detachment the median bubble has {median:g} particles; it must have 8 to "
-                f"{film:.0f}, those of a bubble half as wide as the vessel")
-        vented = last["n_bubbles_vented"]  # grows with the time that it boils, so it has no upper bound
-        require(vented >= 5, f"{vented:g} bubbles reached the surface; at least 5 must")
+        film = np.pi / {2: 4.0, 3: 6.0}[dim] * across**dim  # wider than half the base, it is a film and not a bubble
+        require(8 <= median <= film, f"at departure the median bubble has {median:g} particles; it must have 8 to "
+                f"{film:.0f}, as many as a bubble half as wide as the vessel")
+        vented = last["n_bubbles_vented"]  # grows with the duration, so it has no upper bound
+        require(vented >= 5, f"{vented:g} bubbles reached the surface; it must be at least 5")
         single = np.sum(results["n_single_bubbles"]) / np.sum(results["n_bubbles"])
         require(single < 0.3, f"{single:.0%} of the bubbles are single particles")
 

@@ -1,9 +1,10 @@
 """Superheat and sites: the vessel of steady boiling with more or fewer sites, where liquid superheats and bursts.
 
-Equations   those of ``steady_boiling``; dynamic nucleation (the paper, eqs. 3-7) where superheat finds no site, heat
-            loss at the surface. The three models of boiling (``--mode``) are compared on this vessel.
+Equations   those of ``steady_boiling``; dynamic nucleation (the paper, eqs. 3-7) in superheated liquid without a site;
+            heat loss at the surface. The three models of boiling (``--mode``) are compared in this vessel.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Figs. 1, 13, 14.
-Run time    about 13 minutes on two cores (3-D, 20,384 particles); ``--flat`` a minute, and once 3 minutes to compile.
+Run time    about 13 minutes on two cores (3-D, 20,384 particles), a minute with ``--flat``; the first run also compiles
+            for 3 minutes.
 Command     pysph-boiling run superheat_sites --sites 16
 """
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 
 @dataclass(frozen=True, kw_only=True)
 class SuperheatSitesParameters(SteadyBoilingParameters):
-    """The vessel of steady boiling; ``sites`` is what matters."""
+    """The parameters of steady boiling, of which ``sites`` matters most here, and those of dynamic nucleation."""
 
     superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0,
                                    sets="dynamic_nucleation.superheat_limit")
@@ -26,7 +27,7 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
 
 
 class SuperheatSites(SteadyBoiling):
-    """See the module."""
+    """The scene of this module."""
 
     Parameters = SuperheatSitesParameters
     title = "superheat and sites"
@@ -41,13 +42,13 @@ class SuperheatSites(SteadyBoiling):
     def check_final(self):
         self.check_needs("phases")
         superheated, last = self.ledger.table()["n_superheated"], self.ledger.rows[-1]
-        # Counts since the start: the longer it boils the more; that the heat pays for them is the ledger's to check.
+        # These are counts since the start, which grow with the duration; the ledger checks the heat for them.
         made = sum(last.get(name, 0.0) for name in ("n_nucleated", "n_burst", "n_emitted"))
-        require(made >= 10, f"{made:g} particles became vapour; at least 10 must")
+        require(made >= 10, f"{made:g} particles became vapour; it must be at least 10")
         if self.scheme.effects["phases"].kinetic == "always":
-            require(not superheated.any(), "liquid is superheated where nothing hinders it from boiling")
+            require(not superheated.any(), "there is superheated liquid, although all liquid may boil in this mode")
         else:
-            require(superheated[len(superheated) // 2:].min() > 0, "no liquid is superheated")
+            require(superheated[len(superheated) // 2:].min() > 0, "there is no superheated liquid")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""MPI ranks: sums over ranks, the partition of particles, ghosts."""
+"""MPI ranks: reductions over ranks, the partition of particles, and ghosts."""

@@ -1,8 +1,8 @@
-"""Ghost particles: keep the copies of neighbours, periodic or of other ranks, current between the groups of a step.
+"""Ghost particles: keep periodic copies and copies from other ranks up to date between the groups of a step.
 
-PySPH copies every property to the ghosts at a neighbour search and not again. An iterated solver changes positions and
-multipliers many times on one list, so groups name what their ghosts need and the refresh copies just that. In a scene
-without ghosts each call returns at once.
+PySPH copies all properties to the ghosts at a neighbour search only. The iterative solver changes positions and
+multipliers many times between two searches, so each group names the properties to refresh on the ghosts after it. In a
+scene without ghosts each call returns at once.
 """
 import numpy as np
 
@@ -11,15 +11,15 @@ from pysph_boiling.device import Copies, real
 __all__ = ["GhostRefresh", "Ghosts"]
 
 POSITIONS = ("x", "y", "z")
-PLACES = ("grandparent",)  # in the arrays of one rank: they mean nothing on another
+PLACES = ("grandparent",)  # properties that are indices into this rank's arrays, meaningless on other ranks
 
 
 class Ghosts:
-    """Knows, after each neighbour search, of which particle every ghost is the image.
+    """Stores, after each neighbour search, of which particle every ghost is the image.
 
-    With one ghost layer a rank sees what its own particles see; what ghosts would have computed themselves, their
-    owners send. This rank has sent ``exported`` particles at searches, ``copied`` bytes in all, and ``refreshed`` bytes
-    of single properties between groups.
+    One layer of ghosts contains all neighbours of a rank's own particles; values computed for the originals are sent to
+    their ghosts. ``exported`` counts the particles that this rank has sent at searches, ``copied`` their bytes, and
+    ``refreshed`` the bytes of single properties sent between groups.
     """
 
     def __init__(self):
@@ -29,7 +29,7 @@ class Ghosts:
         self.exported, self.copied, self.refreshed = 0, 0, 0
 
     def search_done(self, manager=None):
-        """Find the images anew; call it right after the neighbour search. ``manager`` is PySPH's, on several ranks."""
+        """Find the images again after a neighbour search; on several ranks ``manager`` is PySPH's parallel manager."""
         self.images, self.exchanges = [], []
         if manager:
             for exchange in manager.pa_exchanges:
@@ -53,7 +53,7 @@ class Ghosts:
 
     @staticmethod
     def plan(exchange):
-        """Who sends what to whom, for one array: as PySPH has just done it."""
+        """The pattern of PySPH's last exchange of one array: which particles are sent to which rank."""
         from pyzoltan.core.zoltan_comm import ZComm
 
         exported = exchange.exportParticleLocalids.get_npy_array().copy()
@@ -83,7 +83,7 @@ class Ghosts:
 
 
 class GhostRefresh:
-    """The ``post`` of a group: refreshes its properties on the ghosts, does nothing where there are none."""
+    """The ``post`` hook of a group, which refreshes its properties on the ghosts, if there are any."""
 
     def __init__(self, ghosts, names):
         self.ghosts, self.names = ghosts, tuple(names)

@@ -1,42 +1,42 @@
-"""PySPH's distribution of particles over ranks, without the work that it does particle by particle in Python.
+"""PySPH's distribution of particles over ranks, without its loops over particles in Python.
 
-PySPH bins all particles of a rank into Python objects, twice a step, asks Zoltan about each of them, and sends every
-array's particles near a border. That takes several times as long as a step itself. Here NumPy bins them when the load
-is balanced, Zoltan is asked about boxes of many particles, and a rank is sent what its particles read. The balancing
-and every exchange of particles remain Zoltan's and PySPH's.
+Twice per step PySPH sorts all particles of a rank into Python objects, asks Zoltan about each of them, and sends the
+particles of every array near a border. That takes several times as long as the step itself. Here NumPy sorts the
+particles into cells, only when the load is balanced; Zoltan is asked about boxes of many particles; and a rank receives
+only particles that its own particles read. Zoltan still balances the load, and PySPH still exchanges the particles.
 
-Import this where MPI is set up only: PySPH's module behind it exists nowhere else.
+Import this module only where MPI is set up, since the PySPH module that it extends does not exist elsewhere.
 """
 import numpy as np
 from pysph.parallel.parallel_manager import ZoltanParallelManagerGeometric
 
 __all__ = ["Partition"]
 
-STILL = 0.01  # what a particle costs a rank that reads nothing itself, as one of a wall, in units of one that does
-FAR = 2**20  # cells; beyond them there is no telling cells apart, and no need to
-FEW = 16  # particles that Zoltan is asked about one by one
+STILL = 0.01  # relative load of a particle without equations of its own, such as a wall particle
+FAR = 2**20  # largest index of a cell; particles beyond share the outermost cells
+FEW = 16  # number of particles up to which Zoltan is asked about each particle
 
 
 def within(points, corners):
-    """Which of ``points`` (3, n) lie in a box, (n,); none if it is inside out."""
+    """Mask (n,) of the ``points`` (3, n) inside a box; all false if its lower corner is above the upper one."""
     lower, upper = corners
     return ((points >= lower[:, None]) & (points <= upper[:, None])).all(axis=0)
 
 
 def extent(points):
-    """Corners (2, 3) of the smallest box round ``points`` (3, n); inside out if there are none."""
+    """Corners (2, 3) of the smallest box around ``points`` (3, n); lower above upper if there are none."""
     return np.array([points.min(axis=1, initial=np.inf), points.max(axis=1, initial=-np.inf)])
 
 
 class Partition(ZoltanParallelManagerGeometric):
-    """PySPH's manager of the ranks, which calls the methods below in a step; see its documentation for the rest.
+    """PySPH's parallel manager with faster methods for a step; see PySPH's documentation for the rest.
 
-    ``pairs`` are the (destination, source) names of all sums over neighbours.
+    ``pairs`` are the (destination, source) names of the arrays of all sums over neighbours.
     """
 
     def __init__(self, *args, pairs, **options):
-        self.binned = []  # for each array: the cells that its particles lie in, and which of them each lies in
-        self.home = {}  # number of an array -> corners of a box round its particles that this rank owns wholly
+        self.binned = []  # for each array: its occupied cells, and the cell of each particle
+        self.home = {}  # number of an array -> corners of a box around its particles, owned entirely by this rank
         super().__init__(*args, **options)
         names = [exchange.pa.name for exchange in self.pa_exchanges]
         self.readers = [[names.index(dest) for dest, source in pairs if source == name] for name in names]
@@ -46,14 +46,14 @@ class Partition(ZoltanParallelManagerGeometric):
     # --- load balancing: Zoltan distributes cells ---------------------------------------------------------------------
 
     def local_bin(self):
-        """Find the cells that this rank's particles lie in."""
+        """Find the cells that contain this rank's particles."""
         if self.initial_update or self.update_cell_sizes:
             self.compute_cell_size()
         self.binned = [self.bin(self.points(exchange)) for exchange in self.pa_exchanges]
         self.cell_list = np.unique(np.concatenate([keys for keys, _ in self.binned])).tolist()
 
     def set_data(self):
-        """Tell Zoltan where the cells are, and what they weigh."""
+        """Give Zoltan the positions and the loads of the cells."""
         cells, weight = np.array(self.cell_list, np.int64), np.zeros(len(self.cell_list))
         for exchange, (keys, place) in zip(self.pa_exchanges, self.binned):
             weight[np.searchsorted(cells, keys)] += exchange.lb_weight * np.bincount(place, minlength=len(keys))
@@ -67,7 +67,7 @@ class Partition(ZoltanParallelManagerGeometric):
         self.home.clear()
 
     def create_particle_lists(self):
-        """List the particles of the cells that Zoltan gives to other ranks."""
+        """List the particles of the cells that Zoltan moves to other ranks."""
         owner = np.full(len(self.cell_list), self.rank, np.int32)
         owner[self.exportCellLocalids.get_npy_array()[:self.numCellExport]] = \
             self.exportCellProcs.get_npy_array()[:self.numCellExport]
@@ -76,10 +76,10 @@ class Partition(ZoltanParallelManagerGeometric):
             leaving = np.flatnonzero(to != self.rank)
             self.export(exchange, leaving, to[leaving])
 
-    # --- every step: particles move, ghosts are made anew -------------------------------------------------------------
+    # --- every step: particles change ranks, ghosts are replaced ------------------------------------------------------
 
     def migrate_particles(self):
-        """Send particles that have left this rank's domain to the rank that they are in now."""
+        """Send particles that have left this rank's domain to the rank whose domain they are in now."""
         for number, exchange in enumerate(self.pa_exchanges):
             points = self.points(exchange)
             owner, moved = np.full(exchange.num_local, self.rank, np.int32), np.isfinite(points).all(axis=0)
@@ -95,7 +95,7 @@ class Partition(ZoltanParallelManagerGeometric):
             exchange.lb_exchange_data()
 
     def compute_remote_particles(self):
-        """List the particles that other ranks read: sources within a support of the box round their destinations."""
+        """List the particles that other ranks read: sources within one support of the box around their destinations."""
         places = [self.points(exchange) for exchange in self.pa_exchanges]
         mine = np.array([[*np.ravel(extent(points)), exchange.pa.get("h").max(initial=0.0)]
                          for points, exchange in zip(places, self.pa_exchanges)])
@@ -115,12 +115,12 @@ class Partition(ZoltanParallelManagerGeometric):
                         np.repeat(list(sent), [len(particles) for particles in sent.values()]))
 
     def update_local_data(self):
-        """Note how many particles there are."""
+        """Store the number of particles."""
         for index, exchange in enumerate(self.pa_exchanges):
             self.num_local[index], self.num_global[index] = exchange.num_local, exchange.num_global
 
     def update_remote_data(self):
-        """Note how many ghosts there are."""
+        """Store the number of ghosts."""
         for index, exchange in enumerate(self.pa_exchanges):
             self.num_local[index], self.num_remote[index] = exchange.num_local, exchange.num_remote
 
@@ -132,18 +132,18 @@ class Partition(ZoltanParallelManagerGeometric):
         return np.stack([exchange.pa.get(axis, only_real_particles=False)[:exchange.num_local] for axis in "xyz"])
 
     def bin(self, points):
-        """(keys, place): the cells that ``points`` (3, n) lie in, and which of them each lies in."""
-        with np.errstate(invalid="ignore"):  # what is not finite is told after the step
+        """(keys, place): the occupied cells, and for each of ``points`` (3, n) the index of its cell."""
+        with np.errstate(invalid="ignore"):  # the guard reports values that are not finite after the step
             x, y, z = np.clip(np.floor(points / self.cell_size).astype(np.int64), -FAR, FAR - 1) + FAR
         return np.unique((x * 2 * FAR + y) * 2 * FAR + z, return_inverse=True)
 
     def among(self, corners):
-        """Ranks that own some of a box."""
+        """Ranks that own a part of a box."""
         lower, upper = corners
         return self.pz.procs[:self.pz.Zoltan_Box_PP_Assign(*lower, *upper)]
 
     def owners(self, points):
-        """Rank in whose domain each of ``points`` (3, n) lies, (n,): of halves of halves, until one rank owns each."""
+        """Rank (n,) that owns each of ``points`` (3, n), found by bisecting the box until one rank owns each part."""
         owner, parts = np.empty(points.shape[1], np.int32), [np.arange(points.shape[1])]
         while parts:
             index = parts.pop()
@@ -162,7 +162,7 @@ class Partition(ZoltanParallelManagerGeometric):
 
     @staticmethod
     def export(exchange, particles, ranks):
-        """Set an array's list of the ``particles`` (n,) that go to ``ranks`` (n,)."""
+        """Set the list of an array's ``particles`` (n,) to be sent to ``ranks`` (n,)."""
         exchange.reset_lists()
         for listed, values in ((exchange.exportParticleLocalids, particles),
                                (exchange.exportParticleGlobalids, exchange.pa.get("gid")[particles]),

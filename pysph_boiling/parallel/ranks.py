@@ -1,8 +1,8 @@
-"""The MPI ranks of a run: the few collectives that the rest of the code needs. On one rank they return what they get.
+"""The MPI ranks of a run: the few collective operations that the code needs. On one rank they return their argument.
 
-Every rank must call each of these equally often and in the same order, and gets the same answer: what a step does next
-may depend on nothing else. Particles belong to one rank; constants of particle arrays are equal on all ranks, since
-only what was summed over the ranks is added to them.
+All ranks must call each function equally often and in the same order, and all get the same result. Decisions in a step
+may depend on such results only. A particle belongs to one rank. Constants of particle arrays are equal on all ranks,
+because only values that were summed over the ranks are added to them.
 """
 import os
 import time
@@ -16,22 +16,22 @@ __all__ = [
 
 _comm = None  # the communicator of a run on several ranks
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS")  # Open MPI; MPICH and Intel MPI; MPICH
-POLL = 0.02  # s between two looks of a rank that waits: waiting must not take the processor from those that work
+POLL = 0.02  # s between two tests of a waiting rank, which must leave the processor to the working ones
 
 
 def use(comm):
-    """Run on the ranks of ``comm`` (an mpi4py communicator); one rank alone needs none."""
+    """Run on the ranks of ``comm`` (an mpi4py communicator); a single rank needs none."""
     global _comm
     _comm = comm if comm is not None and comm.Get_size() > 1 else None
 
 
 def leave():
-    """Go on alone: what follows is decided by this rank, for itself."""
+    """Leave the communicator: from now on this rank decides for itself."""
     use(None)
 
 
 def launched():
-    """Number of ranks that a launcher says it has started; 1 without one."""
+    """Number of ranks that the MPI launcher has started; 1 without a launcher."""
     return max([1, *(int(os.environ[name]) for name in LAUNCHERS if os.environ.get(name, "").isdigit())])
 
 
@@ -41,17 +41,17 @@ def size():
 
 
 def rank():
-    """Number of this rank, from 0: the one that writes and speaks."""
+    """Number of this rank; rank 0 writes files and prints."""
     return 0 if _comm is None else _comm.Get_rank()
 
 
 def total(value):
-    """Sum of a number or array over the ranks, in one order for all of them."""
+    """Sum of a number or array over the ranks, added in the same order on all of them."""
     return value if _comm is None else _comm.allreduce(value)
 
 
 def largest(value):
-    """Largest of a number, or entry by entry of an array, over the ranks."""
+    """Maximum of a number, or of each entry of an array, over the ranks."""
     if _comm is None:
         return value
     from mpi4py import MPI
@@ -63,12 +63,12 @@ def largest(value):
 
 
 def anywhere(flag):
-    """Whether something holds on any rank."""
+    """Whether ``flag`` is true on any rank."""
     return bool(largest(int(flag)))
 
 
 def gather(values):
-    """(all, own): the rows of all ranks in the order of the ranks, and the slice of them that is this rank's."""
+    """(all, own): the rows of all ranks in the order of the ranks, and the slice of this rank's rows."""
     if _comm is None:
         return values, slice(0, len(values))
     parts = _comm.allgather(values)
@@ -77,7 +77,8 @@ def gather(values):
 
 
 def union(values):
-    """(all, place): the distinct values (n,) of all ranks, sorted, and where this rank's sorted ``values`` stand."""
+    """(all, place): the sorted distinct values of all ranks, and the indices in them of this rank's sorted ``values``.
+    """
     if _comm is None:
         return values, np.arange(len(values))
     everything = np.unique(gather(values)[0])
@@ -85,14 +86,14 @@ def union(values):
 
 
 def first_given(value):
-    """What the lowest rank gives that does not give ``None``; ``None`` if none does."""
+    """The ``value`` of the lowest rank on which it is not ``None``; ``None`` if there is no such rank."""
     if _comm is None:
         return value
     return next((given for given in _comm.allgather(value) if given is not None), None)
 
 
 def wait():
-    """Wait for all ranks, asleep."""
+    """Wait until all ranks have arrived here, without using the processor."""
     if _comm is not None:
         request = _comm.Ibarrier()
         while not request.Test():
@@ -100,5 +101,5 @@ def wait():
 
 
 def abort(status):
-    """End all ranks at once with an exit status: the way out for an error that the others may not know of."""
+    """End all ranks at once with an exit status; used for errors that the other ranks may not know of."""
     _comm.Abort(status)

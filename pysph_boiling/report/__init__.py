@@ -1,1 +1,1 @@
-"""Reports of the commands that measure: sections, HTML pages, Markdown, pictures."""
+"""Reports of the commands that measure: sections, HTML pages, Markdown pages and pictures."""

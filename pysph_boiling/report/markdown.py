@@ -6,19 +6,19 @@ __all__ = ["cells", "page", "table", "write"]
 
 
 def cells(values):
-    """One row: a bar inside a cell is escaped unless it is already, a line break is a space."""
+    """One row of a table; vertical bars in cells are escaped, and line breaks become spaces."""
     lines = (" ".join(str(value).split()) for value in values)
     return "| " + " | ".join(re.sub(r"(?<!\\)\|", r"\\|", line) for line in lines) + " |"
 
 
 def table(columns, rows):
-    """The lines of a table, heading first."""
+    """The lines of a table, beginning with its heading."""
     columns = tuple(columns)
     return [cells(columns), "|" + "---|" * len(columns), *map(cells, rows)]
 
 
 def page(*blocks):
-    """The text of a page: blocks with an empty line between them; empty ones are left out.
+    """The text of a page: its blocks with an empty line between them, without empty ones.
 
     A block is a string, or a list of lines such as :func:`table` returns.
     """
@@ -27,7 +27,7 @@ def page(*blocks):
 
 
 def write(path, *blocks):
-    """Write a page; its folder is made if need be. Returns the path."""
+    """Write a page, and make its folder if necessary; returns the path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page(*blocks), encoding="utf-8")

@@ -1,7 +1,7 @@
-"""The same as the HTML page, in Markdown to keep beside the code: statements and tables, one picture a section.
+"""A report in Markdown, to be kept with the code: statements and tables, with one picture per section.
 
-What takes hours is made in parts, so that the report keeps what it has of the sections that are not made anew: they lie
-beside it as JSON.
+All results of a report can take hours, so it may be made in parts: sections that are not made again are kept from the
+JSON file beside the report.
 """
 import json
 from dataclasses import asdict
@@ -15,20 +15,20 @@ from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["take_up", "write_report"]
 
-WIDTH = 1000  # pixels; pictures are shrunk to it
-COLOURS = 128  # of a picture's palette
+WIDTH = 1000  # largest width of a picture [pixel]
+COLOURS = 128  # colours in the palette of a picture
 
 
 def stored(path):
-    """Key -> section as a dict, of the report ``path``; empty where there is none."""
+    """Key -> section (a dict) of an existing report ``path``; empty if there is none."""
     record = Path(path).with_suffix(".json")
     return json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
 
 
 def take_up(path, root):
-    """Put what the report ``path`` has of figures that the folder ``root`` lacks there, for figures that read others.
+    """Write sections of the report ``path`` that the folder ``root`` lacks to it, for figures that depend on others.
 
-    Pictures and data stay behind: a report does not keep them whole.
+    Pictures and data are left out, since a report does not keep all of them.
     """
     for key, raw in stored(path).items():
         folder = Path(root) / key
@@ -38,10 +38,11 @@ def take_up(path, root):
 
 
 def write_report(sections, root, path, order, *, wording, quick=False):
-    """Write or amend the report ``path`` (Markdown) by ``sections``, whose files lie in ``root/<key>``; returns it.
+    """Write the report ``path`` (Markdown), or update it with ``sections``, whose files are in ``root/<key>``.
 
-    ``order`` has the keys that a report may have; the rest is as for the page. The sections go to a JSON file of
-    that name, the first PNG picture of each into the folder ``images`` beside it.
+    ``order`` lists the keys of all possible sections; ``wording`` and ``quick`` are those of the HTML page. The
+    sections are also written to a JSON file of the same name, and the first PNG picture of each to the folder
+    ``images`` beside it. Returns ``path``.
     """
     path = Path(path)
     kept = stored(path)
@@ -59,7 +60,7 @@ def write_report(sections, root, path, order, *, wording, quick=False):
 
 
 def shrink(source, target):
-    """Copy a picture, at most ``WIDTH`` wide and with ``COLOURS`` colours."""
+    """Copy a picture, reduced to at most ``WIDTH`` pixels in width and ``COLOURS`` colours."""
     from PIL import Image
 
     with Image.open(source) as picture:
@@ -74,7 +75,7 @@ def blocks(sections, stem, quick, wording):
     intro = wording.intro.replace("{form}", wording.quick if quick else "")
     yield f"# {wording.title}"
     yield f"<!-- Written by `pysph-boiling {wording.command} --report docs/{stem}.md`; do not edit. -->"
-    yield (f"{intro} The page that `pysph-boiling {wording.command}` writes has all pictures and data."
+    yield (f"{intro} The HTML page that `pysph-boiling {wording.command}` writes has all pictures and data."
            + f" Of {len(total)} {wording.counted}, {counts(total)}." * bool(total))
     yield rows(("", "", ""), [(label(section.key) or section.key, bare_title(section), counts(section.statements))
                               for section in sections])
@@ -101,10 +102,10 @@ def blocks(sections, stem, quick, wording):
 
 
 def plain(words):
-    """Words on one line, with nothing in them that is taken for HTML."""
+    """Text on one line, with HTML characters escaped."""
     return escape(" ".join(str(words).split()), quote=False)
 
 
 def rows(columns, cells):
-    """A table of plain words."""
+    """The lines of a table of plain text."""
     return markdown.table(map(plain, columns), (map(plain, row) for row in cells))

@@ -1,32 +1,33 @@
-"""The flags that every command that reports takes: ``--quick``, ``--report FILE.md`` and ``--json FILE``."""
+"""The flags of all commands that write reports: ``--quick``, ``--report FILE.md`` and ``--json FILE``."""
 import argparse
 
 __all__ = ["add_report_options", "add_renamed", "refuse_quick"]
 
 
 class Renamed(argparse.Action):
-    """An old flag: it ends the command with what took its place."""
+    """An old flag, which ends the command with the name of the new one."""
 
     def __call__(self, parser, namespace, values, option_string=None):
         parser.error(f"{option_string} is called {self.const} now")
 
 
 def markdown_file(text):
-    """The value of ``--report``. Raises ``ArgumentTypeError`` for a file that is not called ``*.md``."""
+    """The value of ``--report``. Raises ``ArgumentTypeError`` if the name of the file does not end in ``.md``."""
     if not text.endswith(".md"):
-        raise argparse.ArgumentTypeError(f"reports are Markdown, --report FILE.md; got '{text}'")
+        raise argparse.ArgumentTypeError(f"reports are Markdown files, --report FILE.md; got '{text}'")
     return text
 
 
 def add_renamed(parser, old, new):
-    """Let the parser say that the flag ``old`` is called ``new`` now; it is not in the help."""
+    """Let the parser report that the flag ``old`` is called ``new`` now; the help does not list it."""
     parser.add_argument(old, action=Renamed, const=new, nargs="?", help=argparse.SUPPRESS)
 
 
-def add_report_options(parser, *, quick=None, report="write the tables there", json="write the figures there"):
-    """Add the flags to a parser, as a group of their own.
+def add_report_options(parser, *, quick=None, report="write the tables to this file",
+                       json="write the results to this file"):
+    """Add the flags to a parser, in a group of their own.
 
-    ``quick``, ``report`` and ``json`` are the texts of the help. A flag without a text is left out.
+    ``quick``, ``report`` and ``json`` are the help texts of the flags; a flag without a text is left out.
     """
     group = parser.add_argument_group("report")
     if quick:
@@ -39,6 +40,6 @@ def add_report_options(parser, *, quick=None, report="write the tables there", j
 
 
 def refuse_quick(parser, options):
-    """End a command whose report keeps what it has of other runs, where ``--quick`` would mix into it."""
+    """End the command if ``--quick`` would mix quick results into a report that keeps earlier results."""
     if options.report and options.quick:
-        parser.error("--report FILE.md keeps what it has of the full form: leave out --quick")
+        parser.error("--report FILE.md updates a report of the full form: leave out --quick")

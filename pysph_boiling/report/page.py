@@ -1,4 +1,4 @@
-"""The HTML page: one file that holds its pictures, movies and data, opens from disk and asks nothing of a network."""
+"""The HTML page: one file that contains its pictures, movies and data, and needs no network."""
 import base64
 import re
 from collections import Counter
@@ -9,17 +9,17 @@ from pathlib import Path
 
 __all__ = ["VERDICTS", "Wording", "bare_title", "counts", "label", "origin", "sentence", "write_page"]
 
-VERDICTS = {True: "agrees", False: "disagrees", None: "cannot tell"}
-COUNTS = {True: "agree", False: "disagree", None: "cannot be told"}
+VERDICTS = {True: "agrees", False: "disagrees", None: "undecided"}
+COUNTS = {True: "agree", False: "disagree", None: "undecided"}
 MEDIA = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
-EMBEDDED = 2_000_000  # bytes; larger data files are named, not embedded
-POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'"  # no script, no network
+EMBEDDED = 2_000_000  # bytes; larger data files are only named, not embedded
+POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'"  # no scripts and no network
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2430; --quiet: #5a6472; --line: #d5dae1; --paper: #ffffff; --tint: #f4f6f8;
-  --link: #1d5fa8; --agrees: #1a7f4b; --disagrees: #b3261e; --cannot-tell: #6b5b00; }
+  --link: #1d5fa8; --agrees: #1a7f4b; --disagrees: #b3261e; --undecided: #6b5b00; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e8ee; --quiet: #a0a9b6; --line: #3a424e; --paper: #14181e;
-  --tint: #1d232b; --link: #82b5f2; --agrees: #5fcb93; --disagrees: #ff8f85; --cannot-tell: #d9c35a; } }
+  --tint: #1d232b; --link: #82b5f2; --agrees: #5fcb93; --disagrees: #ff8f85; --undecided: #d9c35a; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 64rem; padding: 1rem 1.25rem 3rem; background: var(--paper); color: var(--ink);
   font: 1rem/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif; }
@@ -43,7 +43,7 @@ thead th { color: var(--quiet); font-weight: 600; }
 .statements { width: 100%; table-layout: fixed; }
 .statements .verdict { width: 8rem; padding-right: 0; }
 .verdict { font-weight: 600; white-space: nowrap; }
-.agrees { color: var(--agrees); } .disagrees { color: var(--disagrees); } .cannot-tell { color: var(--cannot-tell); }
+.agrees { color: var(--agrees); } .disagrees { color: var(--disagrees); } .undecided { color: var(--undecided); }
 .why { color: var(--quiet); margin: .3rem 0 0; }
 code { font-size: .9em; white-space: nowrap; }
 pre { background: var(--tint); border-radius: 4px; font-size: .85rem; overflow-x: auto; padding: .75rem 1rem; }
@@ -72,11 +72,11 @@ nav td:last-child { padding-right: 0; }
 
 @dataclass(frozen=True, kw_only=True)
 class Wording:
-    """What a report says of itself.
+    """The texts of a report.
 
-    ``intro`` is HTML, in which ``{form}`` becomes ``quick`` in the quick form and nothing in the full one; ``counted``
-    says what the statements are; ``sides`` head their two columns; ``command`` made the report. ``caveat`` gives a
-    sentence to stand above a section, or an empty string.
+    ``intro`` is HTML, in which ``{form}`` becomes ``quick`` in the quick form and nothing in the full one. ``counted``
+    says what kind of statements there are, ``sides`` are the headings of their two columns, and ``command`` is the
+    command that makes the report. ``caveat(section)`` returns a sentence to be put above a section, or an empty string.
     """
 
     title: str
@@ -89,10 +89,10 @@ class Wording:
 
 
 def write_page(sections, root, *, wording, quick=False):
-    """Write ``index.html`` into ``root`` from the sections, whose files lie in ``root/<key>``; returns its path.
+    """Write ``index.html`` to ``root`` from the sections, whose files are in ``root/<key>``; returns its path.
 
-    Errors: ``FileNotFoundError`` for a picture or data file that is not there, ``ValueError`` for a picture that is
-    neither PNG, GIF nor MP4.
+    Errors: ``FileNotFoundError`` for a missing picture or data file, ``ValueError`` for a picture that is neither PNG,
+    GIF nor MP4.
     """
     root = Path(root)
     body = [*head(sections, quick, wording), *contents(sections), "<main>"]
@@ -110,13 +110,13 @@ def write_page(sections, root, *, wording, quick=False):
 
 
 def label(key):
-    """``fig14`` as readers write it: Fig. 14; nothing for a section that is no figure or table of the paper."""
+    """``Fig. 14`` for the key ``fig14``; an empty string for a section that is no figure or table of the paper."""
     found = re.fullmatch(r"(fig|table)(\d+)", key)
     return f"{dict(fig='Fig.', table='Table')[found[1]]} {found[2]}" if found else ""
 
 
 def origin(record):
-    """Where and with what a run was made, from its ``run.json``."""
+    """Machine, time and versions with which a run was made, from its ``run.json``."""
     return {**{name: record.get(name, "") for name in ("machine", "processor", "finished")},
             "versions": record.get("versions", {})}
 
@@ -174,7 +174,7 @@ def statements(rows, sides):
 
 
 def table(columns, rows, numbers=(), caption=""):
-    """Lines of a table of HTML cells; the columns ``numbers`` are set flush right."""
+    """Lines of a table of HTML cells; the columns ``numbers`` are aligned right."""
     kind = ['class="number"' if k in numbers else "" for k in range(len(columns))]
     heading = "".join(f'<th scope="col" {kind[k]}>{name}</th>' for k, name in enumerate(columns))
     return ['<div class="wide">', "<table>", *([f"<caption>{caption}</caption>"] if caption else []),
@@ -196,7 +196,7 @@ def media(picture, folder):
 
 
 def data_file(file):
-    """A link that holds the file, or its name and place if it is large."""
+    """A link with the file embedded, or the name and folder of a large file."""
     size = file.stat().st_size
     text = f"{escape(file.name)} ({size / 1e3:.3g} kB)" if size < 1e6 else f"{escape(file.name)} ({size / 1e6:.3g} MB)"
     if size >= EMBEDDED:
@@ -206,7 +206,7 @@ def data_file(file):
 
 
 def foot(sections):
-    """Machines, versions and dates of the runs."""
+    """The footer: machines, versions and dates of the runs."""
     origins = [one for section in sections for one in section.origins]
     machines = dict.fromkeys(f"{one['processor']} ({one['machine']})" for one in origins if one["machine"])
     dates = sorted({one["finished"][:10] for one in origins} - {""})
@@ -227,31 +227,31 @@ def css(agrees):
 
 
 def text(words):
-    """HTML of plain words: options in a fixed font, formulas not broken at their signs."""
+    """Plain text as HTML: options in a fixed font, no line breaks around the signs of formulas."""
     words = re.sub(r"(?<!\S)\+-(?=\d)", "±", words)
     words = re.sub(r"(?<=\S) ([<>≤≥=]+) (?=\S)", "\u00a0\\1\u00a0", words)
     return re.sub(r"(?<!\S)(--[a-z][\w.-]*\w)", r"<code>\1</code>", escape(words))
 
 
 def counted(statements):
-    """:func:`counts` in colour."""
+    """:func:`counts` as coloured HTML."""
     return counts(statements, lambda agrees, words: f'<span class="verdict {css(agrees)}">{words}</span>')
 
 
 def counts(statements, show=lambda agrees, words: words):
-    """How many of them agree, disagree and cannot be told, without what is none."""
+    """Numbers of statements that agree, disagree and are undecided, without zeros: ``3 agree, 1 undecided``."""
     count = Counter(statement.agrees for statement in statements)
     return ", ".join(show(agrees, f"{count[agrees]} {word}") for agrees, word in COUNTS.items() if count[agrees])
 
 
 def bare_title(section):
-    """The title without "Figure 14:" in front, which the page says anyway."""
+    """The title without a leading "Figure 14:", since the page shows that separately."""
     title = re.sub(r"^(fig\.|figure|table)\s*\d+\s*[:.,]?\s*", "", section.title, flags=re.IGNORECASE) or section.title
     return sentence(title).removesuffix(".")
 
 
 def sentence(words):
-    """With a capital and a full stop."""
+    """The text with a capital letter at its start and a full stop at its end."""
     words = words.strip()
     return words[:1].upper() + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")
 

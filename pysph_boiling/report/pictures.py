@@ -1,4 +1,4 @@
-"""Pictures of finished runs for the page: sheets of moments, rendered moments, movies, and plots in one style."""
+"""Pictures of finished runs for reports: sheets of moments, rendered moments, movies, and plots in one style."""
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,8 +13,11 @@ __all__ = ["band", "movie", "plot", "rendered", "sheet"]
 
 
 def sheet(cells, path, caption, *, columns=None, **options):
-    """One PNG of several moments: ``cells`` is a list of (result, time [s], title); ``options`` go to
-    :func:`~pysph_boiling.analysis.rendering.draw_scene`. Returns the :class:`Picture`."""
+    """Draw several moments into one PNG; returns the :class:`Picture`.
+
+    ``cells`` is a list of (result, time [s], title); ``options`` are passed to
+    :func:`~pysph_boiling.analysis.rendering.draw_scene`.
+    """
     path = Path(path)
     with TemporaryDirectory() as folder:
         frames = []
@@ -27,7 +30,7 @@ def sheet(cells, path, caption, *, columns=None, **options):
 
 
 def rendered(result, t, path, caption):
-    """A moment with the reconstructed surface (3-D); returns the :class:`Picture`."""
+    """Draw a moment with its reconstructed surface (3-D); returns the :class:`Picture`."""
     from pysph_boiling.analysis.surface import draw_surface
 
     arrays, time = result.arrays(t)
@@ -36,7 +39,7 @@ def rendered(result, t, path, caption):
 
 
 def movie(result, path, caption, *, every=1, fps=15, **options):
-    """A movie (GIF or MP4 by the suffix of ``path``) of a run; returns the :class:`Picture`."""
+    """Make a movie of a run, GIF or MP4 by the suffix of ``path``; returns the :class:`Picture`."""
     from pysph_boiling.analysis.movie import write_movie
 
     with TemporaryDirectory() as folder:
@@ -47,7 +50,7 @@ def movie(result, path, caption, *, every=1, fps=15, **options):
 
 @contextmanager
 def plot(path, width=6.4, height=3.6, columns=1):
-    """Axes of a new figure in the style of the histories, saved when the block ends::
+    """Axes of a new figure in the style of the histories, which is saved at the end of the block::
 
         with plot(folder / "count.png") as ax: ax.plot(t, n)
     """

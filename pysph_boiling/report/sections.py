@@ -1,4 +1,4 @@
-"""What a report shows: sections of text, tables, pictures and statements, and the verdicts on them."""
+"""The content of a report: sections with text, tables, pictures, and statements with their verdicts."""
 import csv
 import json
 import math
@@ -13,21 +13,21 @@ __all__ = ["Bound", "Picture", "Section", "Statement", "Table", "bound", "judged
 
 @dataclass(frozen=True)
 class Statement:
-    """One statement of the paper, what was measured for it here, and whether they agree (None: cannot be told)."""
+    """A statement of the paper, our measurement for it, and whether they agree (``None`` if that is undecided)."""
 
     paper: str
     ours: str
     agrees: bool | None
     why: str = ""
-    bounds: list = field(default_factory=list)  # of Bound, on which the verdict rests
+    bounds: list = field(default_factory=list)  # the Bounds that decide the verdict
 
     def __post_init__(self):
-        if self.agrees is not None:  # NumPy's truth is not JSON's
+        if self.agrees is not None:  # JSON cannot write NumPy's bool
             object.__setattr__(self, "agrees", bool(self.agrees))
 
 
 class Bound(NamedTuple):
-    """``least`` and ``most`` of what was measured, and the ends between which it must lie for a statement to agree."""
+    """The smallest and largest measured value, ``least`` and ``most``, and the range in which a statement agrees."""
 
     what: str
     least: float
@@ -37,22 +37,22 @@ class Bound(NamedTuple):
 
 
 def bound(what, values, low, high):
-    """The :class:`Bound` of measured ``values``, both ends included. ``ValueError`` where an end is missing."""
+    """The :class:`Bound` of measured ``values``, both ends included. Raises ``ValueError`` if an end is missing."""
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise ValueError(f"{what} needs a bound on both sides, got {low} to {high}")
+        raise ValueError(f"{what} needs a lower and an upper bound, got {low} to {high}")
     values = [float(value) for value in values]
     return Bound(what, min(values), max(values), float(low), float(high))
 
 
 def judged(paper, ours, bounds, why="", conclusive=True):
-    """A :class:`Statement` that agrees where every figure is within its bounds; NaN is not.
+    """A :class:`Statement` that agrees if every measured value is within its bounds, which NaN is not.
 
-    Where it is not ``conclusive`` there is no verdict. ``why`` is why it disagrees; what it would take to agree is said
-    first.
+    If it is not ``conclusive``, it is undecided. ``why`` is the reason for a disagreement; the bounds are given before
+    it.
     """
     agrees = all(one.low <= one.least and one.most <= one.high for one in bounds) if conclusive else None
     terms = ", ".join(f"{one.what} {one.low:.3g} to {one.high:.3g}" for one in bounds)
-    return Statement(paper, ours, agrees, f"agrees with {terms}" + (f"; {why}" if why and not agrees else ""), bounds)
+    return Statement(paper, ours, agrees, f"it agrees for {terms}" + (f"; {why}" if why and not agrees else ""), bounds)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text under headings."""
+    """A table of text: headings, rows and a caption."""
 
     columns: tuple[str, ...]
     rows: list
@@ -74,10 +74,10 @@ class Table:
 
 @dataclass
 class Section:
-    """All that a page shows of one figure or study.
+    """Everything that a page shows of one figure or study.
 
-    ``data`` names the CSV and npz files with the numbers behind it; ``commands`` are those of its runs and ``origins``
-    where they were made, see :func:`pysph_boiling.report.page.origin`.
+    ``data`` names the CSV and npz files with its numbers, ``commands`` are the commands of its runs, and ``origins``
+    says where they were made (:func:`pysph_boiling.report.page.origin`).
     """
 
     key: str
@@ -91,23 +91,23 @@ class Section:
     origins: list = field(default_factory=list)
 
     def save(self, folder):
-        """Write the section as ``section.json``, from which the page is made."""
+        """Write the section to ``folder/section.json``, from which the page is made."""
         write_json(Path(folder) / "section.json", asdict(self))
 
     @classmethod
     def load(cls, folder):
-        """Read what :meth:`save` wrote."""
+        """Read a section that :meth:`save` wrote."""
         return cls.revived(json.loads((Path(folder) / "section.json").read_text()))
 
     @classmethod
     def revived(cls, raw):
-        """The section that ``asdict`` made ``raw`` of."""
+        """The section from its dict ``raw``, as made by ``asdict``."""
         kinds = (("pictures", Picture), ("tables", Table), ("statements", Statement))
         return cls(**{**raw, **{name: [kind(**row) for row in raw[name]] for name, kind in kinds}})
 
 
 def spread(values, unit="", digits=3):
-    """Text for an ensemble: mean and range over its members, such as ``12.1 (11.8 to 12.6) mm``."""
+    """Text for an ensemble with the mean and range over its members, such as ``12.1 (11.8 to 12.6) mm``."""
     values = [float(value) for value in values]
     mean = sum(values) / len(values)
     unit = f" {unit}" if unit else ""
@@ -117,7 +117,7 @@ def spread(values, unit="", digits=3):
 
 
 def write_csv(path, columns):
-    """Write columns (name with unit -> values of equal length) as CSV; returns the file's name."""
+    """Write columns (name with unit -> values of equal length) to a CSV file; returns the file's name."""
     path = Path(path)
     with open(path, "w", newline="") as file:
         writer = csv.writer(file)

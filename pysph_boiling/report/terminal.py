@@ -1,9 +1,9 @@
-"""Tables on a terminal, for every command that reports."""
+"""Tables on the terminal, for all commands that write reports."""
 __all__ = ["show"]
 
 
 def show(console, columns, rows, title=None, **layout):
-    """Print a table: ``rows`` hold texts, which may have rich's markup. ``layout`` goes to rich's ``Table``."""
+    """Print a table of texts, which may contain rich's markup; ``layout`` is passed to rich's ``Table``."""
     from rich.table import Table
 
     table = Table(*columns, title=title, **layout)

@@ -1,1 +1,1 @@
-"""A run: the application of a scene, its files, its ledger, how it goes on."""
+"""Running a scene: the application, its options, its files, its ledger, and resuming an interrupted run."""

@@ -1,8 +1,8 @@
-"""SceneApplication: a PySPH ``Application`` that is a case, a test and a page.
+"""SceneApplication: the PySPH ``Application`` that all scenes derive from.
 
 A scene is a subclass with a frozen dataclass of parameters, ``make_scheme``, ``make_particles`` and ``check_final``.
-Every parameter of the scene and of every effect is a command-line option. A run leaves PySPH's own particle files,
-``results.npz``, ``run.json`` and pictures in its output folder.
+Every parameter of the scene and of every effect is a command-line option. A run writes PySPH's particle files,
+``results.npz``, ``run.json`` and pictures to its output folder.
 """
 import dataclasses
 import functools
@@ -34,7 +34,7 @@ from pysph_boiling.device import on_host, real
 from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
 from pysph_boiling.names import check_renamed, option
 from pysph_boiling.parallel import ranks
-from pysph_boiling.runs import pysph_options
+from pysph_boiling.runs import pysph_options, safeguards
 from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.resume import Resumed, settings, with_units
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
@@ -54,13 +54,13 @@ MAX_STEPS = 1 << 31  # after which PySPH ends a run
 
 @dataclass(frozen=True, kw_only=True)
 class SceneParameters:
-    """Parameters every scene has. Subclasses add their own with :func:`param`."""
+    """The parameters that every scene has. Subclasses add their own with :func:`param`."""
 
     duration: float = param(1.0, "s", "simulated time", above=0.0, may_change=True)
     frame: float = param(1.0 / 30.0, "s", "time between two outputs", above=0.0, may_change=True)
-    substeps: int = param(None, "-", "steps in a frame; as many as the suggested time step needs, if not given", low=1,
+    substeps: int = param(None, "-", "time steps between two outputs; from the suggested time step if not given", low=1,
                           may_change=True)
-    seed: int = param(0, "-", "seed of everything random", low=0)
+    seed: int = param(0, "-", "seed of all random numbers", low=0)
 
     def __new__(cls, **given):
         check_renamed("scene", given, [spec.name for spec in dataclasses.fields(cls)])
@@ -71,7 +71,7 @@ class SceneParameters:
 
 
 def upright_box(p, width, height):
-    """Inner corners [m] of a box on the origin; ``width`` and ``height`` in spacings of the parameters ``p``."""
+    """Inner corners [m] of a box with its lower corner at the origin; ``width`` and ``height`` are in spacings."""
     size = [width * p.spacing] * 3
     size[p.dim - 1] = height * p.spacing
     return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
@@ -79,7 +79,7 @@ def upright_box(p, width, height):
 
 @contextmanager
 def plain_warnings(console):
-    """What is warned of inside the block is told at its end: each sentence once, without a path of Python's."""
+    """Print the warnings raised inside the block at its end: each sentence once, without the path of its source."""
     with warnings.catch_warnings(record=True) as told:
         try:
             yield
@@ -89,14 +89,14 @@ def plain_warnings(console):
 
 
 class Stopped(KeyboardInterrupt):
-    """Ctrl-C, between two steps; the message says where, and that the state is written."""
+    """Ctrl-C, handled between two steps; the message gives the step and says that the state is written."""
 
 
 class Interrupt(Tool):
-    """Turns Ctrl-C, while the block of ``with`` lasts, into :class:`Stopped` before the next step.
+    """Inside ``with``, turns Ctrl-C into :class:`Stopped` before the next step.
 
-    Python raises ``KeyboardInterrupt`` wherever it is: within a step, whose state is no state to go on from, or in a
-    callback of another library, which swallows it. A second Ctrl-C is Python's own. On several ranks all stop.
+    Python would raise ``KeyboardInterrupt`` at any place: within a step, from which a run cannot resume, or in a
+    callback of a library that swallows it. A second Ctrl-C interrupts at once. On several ranks all of them stop.
     """
 
     def __init__(self):
@@ -105,7 +105,7 @@ class Interrupt(Tool):
     def __enter__(self):
         ours = threading.current_thread() is threading.main_thread()
         self.before = signal.getsignal(signal.SIGINT) if ours else None
-        if self.before is signal.default_int_handler:  # whoever ignores it, or has a handler, keeps that
+        if self.before is signal.default_int_handler:  # otherwise it is ignored or has a handler, which is kept
             signal.signal(signal.SIGINT, self.ask)
 
     def __exit__(self, *error):
@@ -123,7 +123,7 @@ class Interrupt(Tool):
 
 
 class Dry(Tool):
-    """Ends a run after the step, or at the start, in which there is no particle left in the fluid arrays."""
+    """Ends a run after the step, or at the start, when the fluid arrays have no particles left."""
 
     def __init__(self, arrays, solver):
         self.arrays = arrays
@@ -140,7 +140,7 @@ class Dry(Tool):
 
 
 class Progress(Tool):
-    """A progress bar with the time left."""
+    """A progress bar with the estimated time left."""
 
     def __init__(self, solver, title, quiet):
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -157,7 +157,7 @@ class Progress(Tool):
 
 
 def check_writable(folder):
-    """Make a folder and see whether files can be made in it; ``OSError`` that names it if not."""
+    """Make a folder and check that files can be made in it; raises ``OSError`` that names it if not."""
     try:
         os.makedirs(folder, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -167,33 +167,33 @@ def check_writable(folder):
 
 
 class SceneApplication(Application):
-    """Base of all scenes.
+    """Base class of all scenes.
 
-    Subclasses set ``Parameters`` (a :class:`SceneParameters`), ``title``, optionally ``variants`` (name -> parameters
-    that the switch ``--<name>`` sets), and override ``make_scheme(parameters)``, ``make_particles(parameters,
-    scheme)``, ``check_final()`` and, for more than the common pictures, ``draw()``.
+    Subclasses set ``Parameters`` (a :class:`SceneParameters`), ``title`` and optionally ``variants`` (name ->
+    parameters that the switch ``--<name>`` sets). They override ``make_scheme(parameters)``,
+    ``make_particles(parameters, scheme)``, ``check_final()`` and, to draw more than the common pictures, ``draw()``.
     """
 
     Parameters = SceneParameters
     title = "scene"
     variants: dict = {}
-    pictures = ()  # that draw() makes besides the common ones
+    pictures = ()  # names of the files that draw() makes besides the common ones
 
     # --- what a scene overrides ---------------------------------------------------------------------------------------
 
     def make_scheme(self, parameters):
-        """The scheme of this scene."""
+        """Return the scheme of this scene."""
         raise TypeError(f"{type(self).__name__} must override make_scheme")
 
     def make_particles(self, parameters, scheme):
-        """The particle arrays of this scene, before the scheme's properties are set up."""
+        """Return the list of particle arrays of this scene; the scheme adds its properties afterwards."""
         raise TypeError(f"{type(self).__name__} must override make_particles")
 
     def start(self, arrays, parameters, scheme):
-        """Set the initial state on arrays that have all their properties."""
+        """Set the initial state of the arrays, which now have all their properties."""
 
     def start_temperature(self, parameters):
-        """Temperature [K] at the start, or (n,) of them, for ``--effects auto``; ``None`` in a scene without one."""
+        """Initial temperature [K], a number or (n,), for ``--effects auto``; ``None`` in a scene without heat."""
         return None
 
     def facts(self):
@@ -201,38 +201,40 @@ class SceneApplication(Application):
         return {}
 
     def check_from(self, p):
-        """Simulated time [s] from which :meth:`check_final` is made: that of the scene in this form, if not said."""
+        """Simulated time [s] that :meth:`check_final` needs; by default the scene's duration in the chosen variant."""
         return dataclasses.replace(self.Parameters(), **self.variants.get(self.options.variant, {})).duration
 
     def check_final(self):
-        """Check what the scene must show: :class:`CheckFailed` with the figure that fails, or :class:`NotChecked`."""
+        """Check the result of the scene; raises :class:`CheckFailed` with the value that fails, or :class:`NotChecked`.
+        """
 
     def check_needs(self, *slots):
-        """Raise :class:`NotChecked` for an effect that the check is about, and that this run leaves out."""
+        """Raise :class:`NotChecked` if this run leaves out one of the effects that the check is about."""
         for slot in slots:
             if slot not in self.scheme.effects:
-                raise NotChecked(f"it is about '{slot}', which this run leaves out")
+                raise NotChecked(f"it needs the effect '{slot}', which this run leaves out")
 
     def measure(self, arrays, t):
-        """What :meth:`check_final` needs of an output at the time ``t`` [s]; ``arrays``: name -> particle array."""
+        """Return what :meth:`check_final` needs of the output at time ``t`` [s]; ``arrays`` is name -> particle array.
+        """
         return None
 
     def measured(self):
-        """What :meth:`measure` gave at each output, in order of time; from memory where no files are written."""
+        """The results of :meth:`measure` at each output, in order of time; from memory if no files are written."""
         from pysph_boiling.analysis.rendering import load_output
 
         if not self.options.disable_output:
             return [self.measure(*moment) for moment in map(load_output, self.output_files)]
         if self.num_procs > 1:
-            raise NotChecked("it needs the particles of all ranks, and no file was written")
+            raise NotChecked("it needs the particles of all ranks, but no particle files were written")
         earlier = map(load_output, self.output_files) if self.resumed else ()
         return [*(self.measure(arrays, t) for arrays, t in earlier if t < min(self.measurements)),
                 *self.measurements.values()]
 
     def check_ledger(self):
-        """Check that every number of the results is finite, that no particle is lost, and that energy and mass close.
+        """Check that all results are finite, that no particle is lost, and that energy and mass are conserved.
 
-        Particles are counted, which is exact. Masses and energies are sums of many numbers, which are rounded.
+        The number of particles must be exact. Masses and energies are sums, so they may differ by rounding.
         """
         results = self.ledger.table()
         require(all(np.all(np.isfinite(column)) for column in results.values()), "the results hold NaN or Inf")
@@ -241,10 +243,10 @@ class SceneApplication(Application):
         for name, bound in (("mass", MASS_BOUND),
                             ("energy", ENERGY_BOUND if double_precision(self.options) else SINGLE_BOUND)):
             worst = np.max(np.abs(results.get(f"{name}_residual", 0.0)), initial=0.0)
-            require(worst <= bound, f"{name} does not close: residual {worst:.1e}, at most {bound:g}")
+            require(worst <= bound, f"{name} is not conserved: its residual is {worst:.1e}, above {bound:g}")
 
     def draw(self):
-        """Pictures of the finished run; returns the paths."""
+        """Draw the pictures of the finished run; returns their paths."""
         from pysph_boiling.analysis.plots import plot_history
         from pysph_boiling.analysis.rendering import contact_sheet, render_run
 
@@ -261,7 +263,7 @@ class SceneApplication(Application):
 
     @property
     def departures(self):
-        """Bubbles that left the base: list of (time [s], particles); empty in a scene without sites."""
+        """Bubbles that departed from the base: list of (time [s], particles); empty in a scene without sites."""
         from pysph_boiling.schemes.bubbles import Departures
 
         return [event for tool in self.tools if isinstance(tool, Departures) for event in tool.events]
@@ -272,7 +274,7 @@ class SceneApplication(Application):
         return [event for tool in self.tools if isinstance(tool, VentingTool) for event in tool.events]
 
     def resolve(self, arguments):
-        """Text of every parameter that command-line arguments lead to, those of the effects too; runs nothing."""
+        """Text with all parameters of scene and effects that follow from command-line arguments; runs nothing."""
         self.set_args(list(arguments))
         self._parse_command_line(force=True)
         self.consume_user_options()
@@ -286,8 +288,8 @@ class SceneApplication(Application):
 
     def initialize(self):
         if self.num_procs < ranks.launched():
-            raise ValueError(f"started on {ranks.launched()} ranks, but MPI is not set up here: run 'make setup-mpi', "
-                             "and start what it made (docs/ranks.md)")
+            raise ValueError(f"started on {ranks.launched()} ranks, but MPI is not set up here: run 'make setup-mpi' "
+                             "and use the environment that it makes (docs/ranks.md)")
         ranks.use(self.comm)
         self.parameters = self.Parameters()
         self.cache_nnps = True
@@ -296,18 +298,18 @@ class SceneApplication(Application):
         self.prepared = None
         self.resumed = None
         self.dry = None
-        self.changes = []  # of parameters, where a run went on with others: dicts with t, parameter, before, after
+        self.changes = []  # of parameters when the run was resumed: dicts with t, parameter, before, after
         self.began = perf_counter(), 0
 
     def create_scheme(self):
         return self.make_scheme(self.parameters)
 
     def add_user_options(self, group):
-        group.set_defaults(variant=None, zoltan_lb_method="RCB")  # ranks own boxes: the fewest ghosts
+        group.set_defaults(variant=None, zoltan_lb_method="RCB")  # ranks own boxes, which gives the fewest ghosts
         variants = group.add_mutually_exclusive_group()
         for name in self.variants:
             variants.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
-                                  help=f"the scene's '{name}' form")
+                                  help=f"run the scene's variant '{name}'")
         for spec in dataclasses.fields(self.Parameters):
             meta = spec.metadata
             unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
@@ -318,22 +320,22 @@ class SceneApplication(Application):
             add_former_options(group, name)
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(
-                               f"{name} ({row.source}), latent heat is stored {row.storage}" for name, row in
-                               MODES.items()) + ". Default dynamic: the scene as it is")
+                               f"{name} ({row.source}), which stores latent heat {row.storage}" for name, row in
+                               MODES.items()) + ". The default, dynamic, leaves the scene as it is")
         group.add_argument("--effects", choices=("scene", "auto"), default="scene",
-                           help="the scene's own set of effects, or the set that its arrays call for; switches such as "
-                                "--no-drag hold either way")
+                           help="scene: the scene's own set of effects (default); auto: choose the effects from the "
+                                "scene's arrays. Switches such as --no-drag work with both")
         group.add_argument("--quality", choices=tuple(QUALITIES), default=None,
-                           help="time step and density sweeps of a preset, in place of the scene's own")
+                           help="use the time step and density sweeps of this preset instead of the scene's own")
         group.add_argument("--results-every", dest="results_every", type=int, default=None,
-                           help="steps between two rows of results.npz; each step, on a device each output")
+                           help="steps between two rows of results.npz; default 1, on a device one row per output")
         group.add_argument("--resume", action="store_true", default=False,
-                           help="go on from the last particle file in the output folder, from the start if there is "
-                                "none")
+                           help="resume from the last particle file in the output folder; start from the beginning if "
+                                "there is none")
         group.add_argument("--no-pictures", dest="pictures", action="store_false", default=True,
-                           help="no plots and pictures at the end")
+                           help="draw no plots and pictures at the end")
         group.add_argument("--describe", action="store_true", default=False,
-                           help="print stages, groups and who asked for them, and stop")
+                           help="print the stages and groups of a time step and the effects behind them, then stop")
 
     def consume_user_options(self):
         given = dict(self.variants.get(self.options.variant, {}))
@@ -368,7 +370,7 @@ class SceneApplication(Application):
         self.scheme.consume_user_options(options)
         if options.effects == "auto":
             self.derive_effects(p)
-        if options.kernel is not None:  # rest densities and walls must be those of the kernel that runs
+        if options.kernel is not None:  # rest densities and wall masses depend on the kernel
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         self.scheme.configure_solver(tf=p.duration, **step)
         steps = p.duration / self.scheme.dt
@@ -379,7 +381,7 @@ class SceneApplication(Application):
             self.check_ranks()
 
     def _setup_parallel_manager_and_initial_load_balance(self):
-        """PySPH's, with our manager in place of its own; it is asked for by a name of PySPH's module alone."""
+        """PySPH's method with our parallel manager; PySPH looks its manager up by a name in its own module."""
         if self.num_procs > 1:
             from pysph_boiling.parallel.partition import Partition
 
@@ -387,20 +389,20 @@ class SceneApplication(Application):
         super()._setup_parallel_manager_and_initial_load_balance()
 
     def check_ranks(self):
-        """Refuse what does not run on several ranks."""
+        """Raise ``ValueError`` for options and effects that do not work on several ranks."""
         options, effects = self.options, self.scheme.effects
         alone = [slot for slot, effect in effects.items() if not effect.on_ranks]
         for bad, what in (
             (options.with_opencl or options.with_cuda, "--opencl and --cuda"),
             (options.reorder_freq, "--reorder-freq"),
-            (self.scheme.skin() > 0.0, "density.skin > 0 (--quality reference has one; --density.skin 0 takes it off)"),
+            (self.scheme.skin() > 0.0, "density.skin > 0 (--quality reference sets it; --density.skin 0 unsets it)"),
             (alone, f"the effect {', '.join(alone)}"),
         ):
             if bad:
-                raise ValueError(f"on {self.num_procs} ranks this version cannot run {what}: run it on one")
+                raise ValueError(f"this version cannot run {what} on {self.num_procs} ranks: use one rank")
 
     def derive_effects(self, p):
-        """Replace the scene's set of effects by what its arrays call for; parameters and switches are kept."""
+        """Choose the effects from the scene's arrays instead of its own set; parameters and switches are kept."""
         effects, switches = self.scheme.effects, vars(self.options)
         without = MODES[self.options.mode].without
         asked = {slot: effects.get(slot) for slot in self.scheme.slots
@@ -412,12 +414,12 @@ class SceneApplication(Application):
         return particles
 
     def create_nnps(self):
-        """Our neighbour search, if ``--nnps`` asks for it; the first rank compiles it. ``None``: PySPH makes one."""
+        """Our neighbour search if ``--nnps`` names it, compiled by the first rank; ``None`` lets PySPH make its own."""
         if on_device(self.options):
             return None
         if not pysph_options.asks_for_ours(self.options):
             if self.options.reorder_freq is None:
-                self.solver.set_reorder_freq(0)  # PySPH's were not all made for it
+                self.solver.set_reorder_freq(0)  # not all of PySPH's searches support it
             return None
         if ranks.rank() > 0:
             ranks.wait()
@@ -427,7 +429,7 @@ class SceneApplication(Application):
         return found
 
     def _prepare(self):
-        """Make and check everything that can be wrong before a file or folder is made."""
+        """Make and check everything that may be wrong before any file or folder is made."""
         self.consume_user_options()
         self.configure_scheme()
         particles = self.make_particles(self.parameters, self.scheme)
@@ -451,20 +453,20 @@ class SceneApplication(Application):
                 self.changes = self.resumed.changes
         if not self.options.disable_output:
             names = self.check_folder()
-            ranks.wait()  # all have looked before the first one writes, and it has before the others begin their logs
+            ranks.wait()  # all ranks check before the first one writes, and it writes before the others open their logs
             if ranks.rank() == 0:
                 self.manifest.claim(*names)
             ranks.wait()
-        # Ghosts are refreshed within a step: one layer of cells, as wide as the support, is all that they need.
+        # Ghosts are refreshed within a step, so one layer of cells, as wide as the support, is enough.
         self.options.parallel_scale_factor = 1.0
         super().setup(argv=None)
         self.solver.set_output_fname(self.fname)  # one file for all ranks, named as for one
 
     def restart_file(self):
-        """The particle file that the run goes on from, or ``None``; it is ours to read, and not PySPH's."""
+        """The particle file from which the run resumes, or ``None``; it is read here and not by PySPH."""
         restart, self.options.restart_file = self.options.restart_file, None
         if restart is not None and not os.path.isfile(restart):
-            raise FileNotFoundError(f"--restart-file: no file {restart}")
+            raise FileNotFoundError(f"--restart-file: there is no file {restart}")
         if self.options.resume:
             if restart is not None:
                 raise ValueError("--resume and --restart-file contradict each other")
@@ -472,11 +474,11 @@ class SceneApplication(Application):
         return restart
 
     def check_folder(self):
-        """Refuse a folder with files of the user or of another scene in the way; the names of what will be written."""
+        """Names of the files to be written; raises an error if a file of the user or of another scene is in the way."""
         folder, fname = Path(self.options.output_dir), self.fname
         other = run_record(folder).get("scene", self.scene_name())
         if other != self.scene_name():
-            raise ValueError(f"{folder} holds a run of {other}: give this one a folder of its own, with --directory")
+            raise ValueError(f"{folder} holds a run of {other}: choose another folder with --directory")
         check_writable(folder)
         self.manifest = Manifest(folder)
         names = ["run.json", "results.npz", "profile_info.csv", *self.begun()]
@@ -487,12 +489,12 @@ class SceneApplication(Application):
         return names
 
     def begun(self):
-        """Names of the files that PySPH has begun when the first step is taken: its summary, and its log."""
+        """Names of the files that PySPH writes before the first step: its summary and its log."""
         log = self.options.logfile or f"{self.fname}.log"
         return [f"{self.fname}.info", *([log] if os.path.basename(log) == log else [])]
 
     def clear_folder(self, console):
-        """Remove what an earlier run of this scene left in the folder, or what lies after the restart; say so."""
+        """Remove the files of an earlier run of this scene, or those later than the restart, and print that."""
         on = self.resumed is not None and self.resumed.folder.resolve() == Path(self.output_dir).resolve()
         later = on and any(step_of(name) > self.resumed.count for name in self.manifest.known & set(
             self.manifest.found()))
@@ -500,8 +502,8 @@ class SceneApplication(Application):
             self.resumed.later(name) and later if on else True))
         files = sum(step_of(name) >= 0 for name in gone)
         if gone:
-            what = f"what came after t = {self.resumed.t:.4g} s" if on else "an earlier run of this scene"
-            console.print(f"replaced {what} in {self.output_dir}: {files} particle files, {len(gone) - files} others",
+            what = f"the output after t = {self.resumed.t:.4g} s" if on else "an earlier run of this scene"
+            console.print(f"removed {what} from {self.output_dir}: {files} particle files, {len(gone) - files} others",
                           markup=False)
         if not on:
             self.manifest.claim(*self.check_folder())
@@ -520,7 +522,7 @@ class SceneApplication(Application):
             super()._parse_command_line(force)
             pysph_options.check(self.options)
             self.fname = self.options.fname
-            self.quiet, self.options.quiet = self.options.quiet or ranks.rank() > 0, True  # what is said is ours
+            self.quiet, self.options.quiet = self.options.quiet or ranks.rank() > 0, True  # we print, not PySPH
 
     def create_solver(self):
         solver = super().create_solver()
@@ -543,13 +545,13 @@ class SceneApplication(Application):
         return [self.interrupt, *tools, self.ledger, self.progress, *([self.dry] if self.dry else [])]
 
     def results_every(self):
-        """Steps between two rows of the results: a row reads whole properties, which a device fetches at outputs."""
+        """Steps between two rows of the results. A row reads whole properties, so a device writes one per output."""
         if self.options.results_every is not None:
             return self.options.results_every
         return self.solver.pfreq if on_device(self.options) else 1
 
     def save(self, completed=False):
-        """Write the results so far: before each particle file, so that a run can go on from any of these."""
+        """Write the results so far; called before each particle file, so that a run can resume from any of them."""
         if self.options.disable_output and self.num_procs == 1:
             with on_host(self.particles):
                 self.measurements[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
@@ -560,9 +562,9 @@ class SceneApplication(Application):
             write_json(Path(self.output_dir) / "run.json", record)
 
     def keep(self, error):
-        """Write the rows of the steps that were done when ``error`` ended the run; it alone is what is told.
+        """Write the rows of the completed steps when ``error`` ended the run; only that error is reported.
 
-        On several ranks ``run.json`` asks all of them, so it is written only where all stop alike.
+        On several ranks ``run.json`` needs all of them, so it is written only if all stop together.
         """
         if self.options.disable_output:
             return
@@ -579,7 +581,7 @@ class SceneApplication(Application):
         if argv is not None:
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
-        console = Console(highlight=False, soft_wrap=True, quiet=self.quiet)  # what one rank says is enough
+        console = Console(highlight=False, soft_wrap=True, quiet=self.quiet)  # only the first rank prints
         if self.options.describe:
             self._prepare()
             console.print(self.scheme.describe(), markup=False)
@@ -607,7 +609,7 @@ class SceneApplication(Application):
         except Stopped:
             self.ledger.finish()
             self.solver.dump_output()
-            written = "" if self.options.disable_output else "; what is there is written: --resume goes on from it"
+            written = "" if self.options.disable_output else "; the results so far are written, --resume continues"
             raise Stopped(f"stopped at t = {self.solver.t:.4g} s{written}") from None
         except BaseException as error:
             self.keep(error)
@@ -616,49 +618,41 @@ class SceneApplication(Application):
         self.save(completed=True)
 
     def finish(self, console):
-        """The final check, a word on what was made and where, and pictures; raises :class:`CheckFailed` after them."""
+        """Make the final check, print a summary and draw pictures; raises :class:`CheckFailed` at the very end."""
         failed = None
         try:
             self.check(console)
         except CheckFailed as error:
             failed = error
         last = self.ledger.rows[-1] if self.ledger.rows else {}
-        for name, sentence in (("n_split", "steps were split, since particles would have moved too far in them"),
-                               ("n_unconverged", "steps ended with a mean density error above density.max_mean_error"),
-                               ("n_limited", "position corrections were cut by the displacement limiter"),
-                               ("n_projected", "times a particle was projected back into the container"),
-                               ("n_clamped", "times the volume of a bubble was held")):
-            if last.get(name):
-                console.print(f"note: {last[name]:.0f} {sentence} ({self.solver.count} steps)")
-        heat = np.max(self.ledger.table().get("heat_subcycles", 1.0), initial=1.0)
-        if heat > 1.0:
-            console.print(f"note: steps took up to {heat:.0f} heat steps")
+        for sentence in safeguards.sentences(self.ledger.table(), self.solver.count):
+            console.print(f"note: {sentence}")
         if "energy_residual" in last:
-            console.print(f"ledger: energy residual {last['energy_residual']:.2e}, mass residual "
-                          f"{last['mass_residual']:.2e}")
+            console.print(f"conservation: relative error {last['energy_residual']:.2e} of energy, "
+                          f"{last['mass_residual']:.2e} of mass")
         if not self.options.disable_output:
-            console.print(f"in {self.output_dir}: results.npz ({len(self.ledger.rows)} rows), run.json, "
+            console.print(f"written to {self.output_dir}: results.npz ({len(self.ledger.rows)} rows), run.json, "
                           f"{len(self.output_files)} particle files")
             for path in self.draw()[:2] if self.options.pictures else ():
-                console.print(f"  look at {path}")
+                console.print(f"  picture: {path}")
         if failed is not None:
             raise failed
 
     def check(self, console):
-        """Check the ledger, and what the scene must show where the run can tell; say so where it cannot."""
+        """Check the ledger and the result of the scene; print the reason if the result cannot be checked."""
         self.check_ledger()
         t, needed = self.solver.t, self.check_from(self.parameters)
         try:
             if self.dry is not None and self.dry.found:
-                raise NotChecked(f"the vessel is dry, and the run ended at t = {t:.4g} s")
+                raise NotChecked(f"the run ended at t = {t:.4g} s, when the vessel was dry")
             if t < needed * (1.0 - 1e-9):
-                raise NotChecked(f"the run ended at t = {t:.4g} s, and what it must show takes {needed:.4g} s")
+                raise NotChecked(f"it needs a run of {needed:.4g} s, and this one ended at t = {t:.4g} s")
             self.check_final()
         except NotChecked as why:
-            console.print(f"final check not made: {why}", markup=False)
+            console.print(f"the final check was skipped: {why}", markup=False)
 
     def print_header(self, console):
-        """What is about to run, with all scale factors."""
+        """Print what is about to run, with all scale factors."""
         scheme, solver = self.scheme, self.solver
         counts = ", ".join(f"{number} {name}" for name, number in self.counts().items())
         shared = f" on {ranks.size()} ranks" if ranks.size() > 1 else ""
@@ -678,18 +672,18 @@ class SceneApplication(Application):
             console.print(f"  {name} = {value:.4g}{'' if unit == '-' else ' ' + unit}")
 
     def scene_name(self):
-        """The name of the scene: that of its module."""
+        """The name of the scene, which is the name of its module."""
         return type(self).__module__.rsplit(".", 1)[-1]
 
     @staticmethod
     def backend():
-        """What computes: "cython", "openmp", "opencl" or "cuda"."""
+        """The backend of the run: "cython", "openmp", "opencl" or "cuda"."""
         config = get_config()
         return "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
             "openmp" if config.use_openmp else "cython"
 
     def recorded_parameters(self):
-        """Parameters as ``run.json`` holds them; what an option of an effect has replaced says so (``replaced_by``)."""
+        """Parameters for ``run.json``; ``replaced_by`` names the option of an effect that overrides one."""
         rows = with_units(self.parameters)
         for spec in dataclasses.fields(self.parameters):
             slot, _, name = (spec.metadata.get("sets") or "").partition(".")
@@ -700,14 +694,14 @@ class SceneApplication(Application):
         return rows
 
     def counts(self):
-        """Particles of each array, on all ranks."""
+        """Number of particles of each array, summed over all ranks."""
         return {pa.name: int(ranks.total(pa.get_number_of_particles(True))) for pa in self.particles}
 
     def run_record(self, completed):
-        """Everything needed to know how a run was made (design: results contract), as it goes into ``run.json``.
+        """The content of ``run.json``: everything needed to know how the run was made.
 
-        ``completed``: it did all that it was asked to, which may be fewer steps than its duration (``--max-steps``) or
-        end with the last drop; not where an error or Ctrl-C ended it.
+        ``completed`` is true if the run reached its end, which may be ``--max-steps`` or an empty vessel before the
+        duration; false if an error or Ctrl-C ended it.
         """
         scheme, options, backend = self.scheme, self.options, self.backend()
         return {
@@ -740,7 +734,7 @@ class SceneApplication(Application):
 
 
 def collect(arrays):
-    """Bring the particles of all ranks to the first one, as if it had run alone. The others keep theirs."""
+    """Copy the particles of all ranks to the first one, as if it had run alone. The other ranks keep theirs."""
     for pa in arrays:
         n = pa.get_number_of_particles(True)
         pa.remove_particles(np.arange(n, pa.get_number_of_particles()))
@@ -753,24 +747,24 @@ def collect(arrays):
 
 
 def on_device(options):
-    """Whether a run of these options is one on a device."""
+    """Whether a run with these options uses a device."""
     return options.with_opencl or options.with_cuda
 
 
 def double_precision(options):
-    """Whether a run of these options computes in double precision."""
+    """Whether a run with these options computes in double precision."""
     return options.use_double or not on_device(options)
 
 
 def origin():
-    """Where, when and with what a run was made: ``versions``, ``machine``, ``processor``, ``finished``."""
+    """A dict that says where, when and with what a run was made: versions, machine, processor and time it finished."""
     return {"versions": versions(), "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
             "processor": processor(), "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
 
 
 @functools.cache
 def versions():
-    """Name -> version of Python and of the packages that a run is made with; asked once, since it takes 20 ms."""
+    """Name -> version of Python and of the packages in use; cached, since finding them takes 20 ms."""
     found = {"python": platform.python_version()}
     for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython"):
         with suppress(metadata.PackageNotFoundError):
@@ -780,7 +774,7 @@ def versions():
 
 @functools.cache
 def processor():
-    """Model of the processor, as far as the system tells."""
+    """Model of the processor, if the system tells it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

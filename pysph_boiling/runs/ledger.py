@@ -1,7 +1,7 @@
-"""The ledger: mass and energy of a run, balanced after every step, and the results table.
+"""The ledger: the balance of mass and energy of a run after every step, and the table of results.
 
-Energy is the sum of m e over the domain. Every term that moves it is added up by the kernel (or the tool) that moves
-it, never found by subtraction, so the residual measures the scheme's conservation:
+Energy is the sum of m e over the domain. Each flow of energy is added up by the kernel or tool that causes it and never
+found by subtraction, so the residual measures how well the scheme conserves energy:
 
     residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
 """
@@ -22,20 +22,29 @@ from pysph_boiling.schemes.effects import Column, Snapshot, enthalpies, joined, 
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
 
-START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constant -> what it was at first
+START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constants with values at t = 0
 
 
 def save_results(path, table):
-    """Write ``table`` (name -> array (rows,)) as npz: to a temporary file first, so that no reader sees half of it."""
+    """Write ``table`` (name -> array (rows,)) as npz, to a temporary file first, so that no reader sees half of it."""
     with whole(path) as part, open(part, "wb") as opened:
         np.savez(opened, **table)
 
 
 def load_results(path):
-    """Read ``results.npz`` (a file, or the folder it is in) as a dict name -> array (rows,).
+    """Read ``results.npz`` (the file, or the folder that holds it) as a dict of columns: name -> array (rows,).
 
-    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is cut off or is not a results table. Nothing in it is
-    executed.
+    >>> from tempfile import TemporaryDirectory
+    >>> import numpy as np
+    >>> from pysph_boiling.runs.ledger import load_results, save_results
+    >>> with TemporaryDirectory() as folder:  # the folder of a finished run has such a file
+    ...     save_results(f"{folder}/results.npz", {"t": np.array([0.0, 0.1]), "n_vapour": np.array([0.0, 7.0])})
+    ...     results = load_results(folder)
+    >>> results["n_vapour"].max()
+    np.float64(7.0)
+
+    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is truncated or is not a table of results. No code in
+    the file is executed.
     """
     path = Path(path)
     path = path / "results.npz" if path.is_dir() else path
@@ -44,12 +53,12 @@ def load_results(path):
             table = {name: data[name] for name in data.files}
     except FileNotFoundError:
         raise
-    except Exception as error:  # whatever zipfile, zlib and NumPy make of a broken file
+    except Exception as error:  # zipfile, zlib and NumPy raise many kinds of errors for a broken file
         raise ValueError(f"{path} is not a complete results table: {error}") from None
     if "t" not in table or len({values.shape for values in table.values()}) != 1 or any(
             values.ndim != 1 or values.dtype.kind not in "iufb" for values in table.values()):
-        raise ValueError(f"{path} is not a results table: it has no column t, or its columns are not rows of numbers "
-                         "of equal length")
+        raise ValueError(f"{path} is not a results table: it has no column t, or its columns are not one-dimensional "
+                         "arrays of numbers of equal length")
     return table
 
 
@@ -60,7 +69,7 @@ def write_json(path, data):
 
 
 class Rows(Sequence):
-    """Rows of numbers under common names, each read as a dict: 8 bytes a number, where dicts take a hundred."""
+    """Rows of numbers, each read as a dict name -> number; stored as arrays, which take a tenth of the memory."""
 
     def __init__(self):
         self.names, self.values = (), []
@@ -80,21 +89,21 @@ class Rows(Sequence):
         return dict(zip(self.names, self.values[index]))
 
     def table(self):
-        """Name -> array (rows,)."""
+        """The columns: name -> array (rows,)."""
         return dict(zip(self.names, np.array(self.values).T.copy()))
 
 
 class Ledger(Tool):
-    """PySPH tool that balances mass and energy after each step and collects the results table.
+    """PySPH tool that balances mass and energy after each step and collects the table of results.
 
     Parameters
     ----------
-    scheme : PBFScheme      Its effects say which flows and columns there are.
-    every : int             Steps between two rows, >= 1. The balance itself needs no history: flows are cumulative.
-    path : path or None     Where ``results.npz`` goes; rows are also kept in ``rows``.
+    scheme : PBFScheme      The scheme, whose effects define the flows and columns.
+    every : int             Steps between two rows, >= 1. Flows are cumulative, so the balance does not depend on it.
+    path : path or None     Path of ``results.npz``; rows are also kept in ``rows``.
 
-    Errors: ``ValueError`` at the start for a property of a fluid array that no effect declares: the ledger could not
-    account for what it does.
+    Errors: ``ValueError`` at the start for a property of a fluid array that no effect declares, because the ledger
+    cannot account for its energy.
     """
 
     def __init__(self, scheme, every=1, path=None):
@@ -116,7 +125,7 @@ class Ledger(Tool):
                                  "declares: the ledger cannot account for it")
 
     def begin(self, arrays):
-        """Remember energy, mass and particles of the start; a resumed run keeps the values of its first start."""
+        """Store the initial energy, mass and number of particles; a resumed run keeps those of its first start."""
         self.check(arrays)
         first = arrays[0]
         for constant, name in START.items():
@@ -130,7 +139,7 @@ class Ledger(Tool):
             self.rows.append(dict(zip(table, row)))
 
     def energy(self, arrays):
-        """Enthalpy of the domain [J]."""
+        """Total enthalpy of the domain [J]."""
         if not self.thermal:
             return 0.0
         stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
@@ -147,7 +156,7 @@ class Ledger(Tool):
         return ranks.total(len(joined(arrays, "m")))  # a device counts periodic ghosts among the real ones
 
     def lost(self, arrays):
-        """Particles of the start, and of those that flowed in since, that are neither there nor were removed."""
+        """Number of particles that are missing: they were there or flowed in, and were not removed."""
         def number(name):
             return sum(float(pa.constants[name].get_npy_array()[0]) for pa in arrays if name in pa.constants)
 
@@ -160,7 +169,7 @@ class Ledger(Tool):
         return float(arrays[0].constants[constant].get_npy_array()[0])
 
     def flow(self, arrays, flow):
-        """One flow since the start [J], positive in its own direction."""
+        """One flow since the start [J], positive in the direction of its definition."""
         if flow.prop:
             return sum_over(arrays, flow.prop)
         return sum(float(pa.constants[flow.constant].get_npy_array()[0]) for pa in arrays)
@@ -199,21 +208,21 @@ class Ledger(Tool):
             Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),
             Column("mass_out", "kg", "mass vented since the start", lambda arrays, scene: self.mass_out(arrays)),
             Column("mass_in", "kg", "mass that flowed in since the start", lambda arrays, scene: self.mass_in(arrays)),
-            Column("mass_residual", "-", "mass not accounted for, relative to the start", mass_residual),
+            Column("mass_residual", "-", "mass not accounted for, relative to the mass at the start", mass_residual),
         ]
         if self.thermal:
             columns += [
                 Column("energy", "J", "enthalpy of the domain", lambda arrays, scene: self.energy(arrays)),
                 Column("energy_in", "J", "energy in since the start", lambda arrays, scene: self.balanced[0]),
                 Column("energy_out", "J", "energy out since the start", lambda arrays, scene: self.balanced[1]),
-                Column("energy_model_leak", "J", "energy made by literal forms of the paper since the start",
+                Column("energy_model_leak", "J", "energy created by the paper's literal formulas since the start",
                        lambda arrays, scene: self.balanced[2]),
                 Column("energy_residual", "-", "energy not accounted for / max(energy moved so far, m_p L)",
                        lambda arrays, scene: self.balanced[3]),
-                Column("heat_subcycles", "-", "heat steps in the last step",
+                Column("heat_subcycles", "-", "heat substeps in the last step",
                        lambda arrays, scene: float(self.scheme.integrator.heat_subcycles)),
             ]
-            columns += [Column(flow.name, "J", "energy since the start, positive in its own direction",
+            columns += [Column(flow.name, "J", "energy since the start, positive in the direction of its definition",
                                lambda arrays, scene, flow=flow: self.flow(arrays, flow))
                         for flow in self.flows if not flow.leak]
         return columns
@@ -229,7 +238,7 @@ class Ledger(Tool):
 
     def pre_step(self, solver):
         if solver.count % self.every and self.rows and self.rows[-1]["t"] >= solver.t * (1.0 - 1e-12):
-            self.rows.pop()  # the last step of a run that goes on now: no row of the whole run
+            self.rows.pop()  # the last row of the interrupted run, which finish() added off schedule
 
     def post_step(self, solver):
         self.now = solver.t + solver.dt, solver.dt
@@ -237,7 +246,7 @@ class Ledger(Tool):
             self.add(*self.now)
 
     def finish(self):
-        """Add the row of the last step, if it has none: the results end where the run does."""
+        """Add the row of the last step if it is missing, so that the results end where the run does."""
         if self.now and (not self.rows or self.rows[-1]["t"] < self.now[0]):
             self.add(*self.now)
 
@@ -246,16 +255,16 @@ class Ledger(Tool):
         self.rows.append(row)
         if row.get("energy_undelivered", 0.0) > 0.0 and not self.warned:
             self.warned = True
-            warnings.warn(f"at t = {row['t']:.4g} s nothing was within reach of the heater: its energy is not "
-                          "delivered (booked as energy_undelivered)", stacklevel=2)
+            warnings.warn(f"at t = {row['t']:.4g} s no particle was within reach of the heater, so its energy was not "
+                          "delivered (column energy_undelivered of the results)", stacklevel=2)
 
     def table(self):
-        """The rows as name -> array (rows,)."""
+        """The results so far as columns: name -> array (rows,)."""
         if not self.rows:
             return {name: np.zeros(0) for name in ("t", "dt", *(column.name for column in self.columns))}
         return self.rows.table()
 
     def save(self):
-        """Write the results so far."""
+        """Write the results so far to ``path``."""
         if self.path is not None:
             save_results(self.path, self.table())

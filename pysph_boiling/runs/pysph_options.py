@@ -9,16 +9,16 @@ from pysph_boiling.names import Refused, nearest
 
 __all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "settle", "table"]
 
-# Our search, and PySPH's that find the neighbours that its linked lists find: positions and enthalpies equal to
-# round-off (1.4e-14) after 20 steps of a dam break and of a heated slab.
+# Our search, and those of PySPH that find the same neighbours as its linked lists: positions and enthalpies are equal
+# to round-off (1.4e-14) after 20 steps of a dam break and of a heated slab.
 SEARCHES = ("sorted", "ll", "box", "sh", "esh", "ci", "comp_tree", "strat_hash", "tree")
-UNSORTED = ("sh", "esh", "strat_hash")  # which know no spatial order
+UNSORTED = ("sh", "esh", "strat_hash")  # these cannot sort particles in space
 BAD_SEARCHES = {
-    "sfc": "gives wrong neighbours where they are cached, as they are here",
+    "sfc": "gives wrong neighbours when they are cached, as they are here",
     "strat_sfc": "misses neighbours: no heat flows, and a dam break is 35 % off",
-    "gpu_octree": "has not been tried: a device has a search of its own",
+    "gpu_octree": "has not been tested, since a device uses a different search",
 }
-NEGATIVE = re.compile(r"-\.?\d")  # begins a value; argparse's own takes -1e9 and -1,0,0 for options
+NEGATIVE = re.compile(r"-\.?\d")  # begins a value; argparse itself would take -1e9 and -1,0,0 for options
 LEVELS = ("debug", "info", "warning", "error", "critical", "none")
 KERNELS = ("CubicSpline", "WendlandQuintic")
 
@@ -104,10 +104,10 @@ REFUSED = {
 
 
 def one_of(known, bad=()):
-    """A type of ``argparse`` that takes the ``known`` names, and says why not for those of ``bad``."""
+    """An argparse type that accepts the ``known`` names; for a name in ``bad`` the error gives the reason."""
     def chosen(name):
         if name not in known:
-            why = f"'{name}' {bad[name]}; there are" if name in bad else f"'{name}' is not one of"
+            why = f"'{name}' {bad[name]}; use one of" if name in bad else f"'{name}' is not one of"
             raise argparse.ArgumentTypeError(f"{why} {', '.join(known)}{nearest(name, known)}")
         return name
 
@@ -115,28 +115,28 @@ def one_of(known, bad=()):
 
 
 def schedule(text):
-    """A type of ``argparse``: a schedule of OpenMP, such as ``dynamic,64``."""
+    """An argparse type for a schedule of OpenMP, such as ``dynamic,64``."""
     kind, _, chunk = text.partition(",")
     if kind not in ("static", "dynamic", "guided") or not chunk.isdecimal() or int(chunk) < 1:
-        raise argparse.ArgumentTypeError("static, dynamic or guided, a comma and a whole number >= 1 are asked for, as "
-                                         f"in dynamic,64; got '{text}'")
+        raise argparse.ArgumentTypeError("it must be static, dynamic or guided, a comma and a whole number >= 1, such "
+                                         f"as dynamic,64; got '{text}'")
     return text
 
 
 def settle(parser, also=None):
-    """Take away from PySPH's ``parser`` what is refused (``also``: more of it), and choices that give wrong results."""
+    """Remove refused options (those in ``also`` too) and choices with wrong results from PySPH's ``parser``."""
     parser._negative_number_matcher = NEGATIVE
     inherited = parser._option_string_actions
     ours = parser.add_argument_group("Kernel, search and threads", conflict_handler="resolve")
     for flag, reason in {**REFUSED, **(also or {})}.items():
         old = inherited[flag]
         ours.add_argument(*old.option_strings, action=Refused, dest=old.dest, default=old.default,
-                          reason=f"is not for our scenes: {reason}")
+                          reason=f"is not available in these scenes: {reason}")
     ours.add_argument("--nnps", default=SEARCHES[0], type=one_of(SEARCHES, BAD_SEARCHES), metavar="SEARCH",
                       help=f"neighbour search: {', '.join(SEARCHES)}")
     ours.add_argument("--kernel", default=None, type=one_of(KERNELS), help=" or ".join(KERNELS))
     ours.add_argument("--omp-schedule", dest="omp_schedule", default="dynamic,64", type=schedule, metavar="KIND,CHUNK",
-                      help="how threads share a loop: static, dynamic or guided, a comma, iterations at a time")
+                      help="how threads share a loop: static, dynamic or guided, a comma, and the chunk size")
 
 
 def asks_for_ours(options):
@@ -150,14 +150,14 @@ def check(options):
         (options.openmp and options.with_openmp is False, "--openmp and --no-openmp contradict each other"),
         (options.with_opencl and options.with_cuda, "--opencl and --cuda contradict each other"),
         ((options.with_opencl or options.with_cuda) and not asks_for_ours(options),
-         f"--nnps {options.nnps} is for the host: a device has its own search"),
+         f"--nnps {options.nnps} only works on the host: a device has its own search"),
         (options.max_steps < 1, f"--max-steps must be >= 1 step, got {options.max_steps}"),
         (options.lb_freq < 1, f"--lb-freq must be >= 1 step, got {options.lb_freq}"),
         (options.freq is not None and options.freq < 1, f"--pfreq must be >= 1 step, got {options.freq}"),
         (options.reorder_freq is not None and options.reorder_freq < 1,
          f"--reorder-freq must be >= 1 step, got {options.reorder_freq}"),
         (options.reorder_freq is not None and options.nnps in UNSORTED,
-         f"--reorder-freq: the search '{options.nnps}' knows no order to sort particles in; take another --nnps"),
+         f"--reorder-freq: the search '{options.nnps}' cannot sort particles in space; choose another --nnps"),
         (options.fname in ("", ".", "..") or "/" in options.fname,
          f"--fname must be a name without a folder, got '{options.fname}': the folder is --directory"),
         (options.loglevel not in LEVELS, f"--loglevel must be one of {', '.join(LEVELS)}; got {options.loglevel!r}"),

@@ -1,6 +1,6 @@
-"""Going on with a run: the state that its files hold, and what may be other than it was when it began.
+"""Resuming a run: reading its state from files, and checking which settings have changed since it began.
 
-What may change is marked at each parameter (``param(..., may_change=True)``); everything else is refused by name.
+Parameters that may change are marked (``param(..., may_change=True)``); a change of any other setting is an error.
 """
 import dataclasses
 import json
@@ -17,7 +17,7 @@ __all__ = ["Resumed", "Setting", "settings", "with_units"]
 
 
 class Setting(NamedTuple):
-    """Something that makes a run what it is: its name in messages, its value and unit, and whether it may change."""
+    """A setting of a run: its name in messages, its value and unit, and whether it may change on resuming."""
 
     flag: str
     value: object
@@ -31,18 +31,18 @@ class Setting(NamedTuple):
 
 
 def with_units(instance):
-    """Parameters of a scene or an effect as ``run.json`` holds them: name -> value and unit."""
+    """The parameters of a scene or an effect in the form of ``run.json``: name -> value and unit."""
     return {spec.name: {"value": getattr(instance, spec.name), "unit": spec.metadata["unit"]}
             for spec in dataclasses.fields(instance) if "unit" in spec.metadata}
 
 
 def marks(instance):
-    """Name of each parameter of a scene or an effect -> whether it may change when a run goes on."""
+    """Name of each parameter of a scene or an effect -> whether it may change when a run is resumed."""
     return {spec.name: spec.metadata.get("may_change", False) for spec in dataclasses.fields(instance)}
 
 
 def settings(application):
-    """What a run is: three dicts name -> :class:`Setting`, of the scene's parameters, the scheme, and the effects."""
+    """The settings of a run as three dicts name -> :class:`Setting`: of the scene, of the scheme, of the effects."""
     p, scheme = application.parameters, application.scheme
     may = marks(p)
     scene = {name: Setting(option(name), row["value"], row["unit"], may[name])
@@ -65,7 +65,7 @@ def settings(application):
 
 
 def stored_settings(record, slots, t):
-    """The values in ``run.json`` for a state at ``t`` [s], as :func:`settings`: later changes are taken back."""
+    """The values in ``run.json`` that held at time ``t`` [s], in the order of :func:`settings`."""
     scene = {name: row["value"] for name, row in record["parameters"].items()}
     solver = dict(record)
     effects = dict.fromkeys(slots, "off")
@@ -80,14 +80,14 @@ def stored_settings(record, slots, t):
 
 
 def compare(application, record, t):
-    """What has changed since ``run.json`` was written, as rows for its ``changes``.
+    """The settings that have changed since ``run.json`` was written, as rows for its entry ``changes``.
 
-    Errors: ``ValueError`` that names what must not, with both values. Where it is parameters of the scene, what follows
-    from them in the scheme and its effects is left out.
+    Errors: ``ValueError`` that names the settings that must not change, with both values. If parameters of the scene
+    have changed, settings of the scheme and of effects, which follow from them, are not listed.
     """
     changes, scene = [], application.scene_name()
     if record["scene"] != scene:
-        raise ValueError(f"a run of {record['scene']} cannot go on as {scene}")
+        raise ValueError(f"a run of {record['scene']} cannot be resumed as {scene}")
     for prefix, now, before in zip(("scene.", "", ""), settings(application),
                                    stored_settings(record, application.scheme.slots, t)):
         before = {name if name in now else current_name(prefix + name).removeprefix(prefix): value
@@ -101,10 +101,10 @@ def compare(application, record, t):
                 changes.append({"t": t, "parameter": name, "before": before[name], "after": value,
                                 "unit": setting.unit})
             else:
-                refused.append(f"{setting.flag} (it was {setting.text(before[name])}, and would become "
+                refused.append(f"{setting.flag} (it was {setting.text(before[name])} and would become "
                                f"{setting.text(value)})")
         if refused:
-            raise ValueError(f"a run cannot go on with another {', '.join(refused)}. It was started with: "
+            raise ValueError(f"a run cannot be resumed with another {', '.join(refused)}. It was started with: "
                              f"{' '.join(record['arguments'])}")
     return changes
 
@@ -119,12 +119,13 @@ def use_new_names(pa):
 
 
 class Resumed:
-    """The state of an interrupted run, from one of its particle files, and the results and ``run.json`` beside it.
+    """The state of an interrupted run, read from one of its particle files, its results and its ``run.json``.
 
-    Particle values go into arrays made anew, so that what is compiled is what the first start compiled. ``changes`` are
-    those of parameters, earlier ones included: dicts with ``t`` [s], ``parameter``, ``before``, ``after``, ``unit``.
+    The values are written to arrays of a new start, so that the compiled code is the same as at the first start.
+    ``changes`` lists all changes of parameters: dicts with ``t`` [s], ``parameter``, ``before``, ``after``, ``unit``.
 
-    Errors: ``ValueError`` where the file is not of this scene with these effects, or what must not change has changed.
+    Errors: ``ValueError`` if the file does not belong to this scene with these effects, or if a setting has changed
+    that must not change.
     """
 
     def __init__(self, file, application, arrays):
@@ -135,8 +136,8 @@ class Resumed:
         try:
             new = compare(application, self.record, self.t)
         except (AttributeError, KeyError, TypeError) as error:
-            raise ValueError(f"{file} cannot be gone on from: the run.json beside it, which says how it was made, is "
-                             f"{'not one of ours' if self.record else 'not there'}") from error
+            raise ValueError(f"a run cannot be resumed from {file}: the run.json in its folder, which says how it was "
+                             f"made, is {'not of pysph_boiling' if self.record else 'missing'}") from error
         self.new = [change for change in new if change["parameter"] not in ("dt", "backend")]
         self.changes = [*(one for one in self.record.get("changes", ()) if one["t"] <= self.t), *new]
         given = {name for effect in application.scheme.effects.values() for name in effect.parameter_constants}
@@ -145,17 +146,17 @@ class Resumed:
             stored = found.get(pa.name)
             if stored is not None:
                 use_new_names(stored)
-            lacks = ["it"] if stored is None else [
+            lacks = ["all properties"] if stored is None else [
                 *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
                 *sorted(set(pa.constants) - set(stored.constants))]
             if lacks:
-                raise ValueError(f"{file} does not fit this scene with these effects: of array '{pa.name}' it lacks "
-                                 f"{', '.join(lacks)}"
+                raise ValueError(f"{file} does not fit this scene with these effects: it lacks {', '.join(lacks)} of "
+                                 f"array '{pa.name}'"
                                  + "".join(f"; {one['parameter']} has changed" for one in self.new))
             self.fill(pa, stored, given)
 
     def fill(self, pa, stored, given):
-        """Give an array the particles, properties and constants of the file; parameters keep what is asked for now."""
+        """Copy particles, properties and constants from the file; constants in ``given`` keep their present values."""
         n, now = stored.get_number_of_particles(), pa.get_number_of_particles()
         if n < now:
             pa.remove_particles(np.arange(n, now))
@@ -170,7 +171,7 @@ class Resumed:
                                    set(stored.constants) - set(pa.constants)}
 
     def apply(self, solver, ledger, tools):
-        """Set the clock, and give the ledger and the tools what they had collected."""
+        """Set the time, and restore what the ledger and the tools had collected."""
         from pysph_boiling.schemes.bubbles import Departures
         from pysph_boiling.schemes.effects.venting import VentingTool
 
@@ -188,5 +189,5 @@ class Resumed:
                 tool.events = [tuple(event) for event in self.record.get(name, ()) if event[0] <= early]
 
     def later(self, name):
-        """Whether a file of the run's folder is of a later step, or a picture of what came after."""
+        """Whether a file of the run's folder belongs to a later step, or is a picture, which may show later steps."""
         return step_of(name) > self.count or name.endswith((".png", ".gif", ".mp4", ".vtu", ".pvd"))

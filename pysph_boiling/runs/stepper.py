@@ -1,4 +1,4 @@
-"""A scheme compiled on its arrays and stepped by hand: no files, no application."""
+"""Stepper: compiles a scheme and steps it by hand, without files and without an application."""
 from time import perf_counter
 
 from compyle.array import get_backend
@@ -10,22 +10,22 @@ __all__ = ["Stepper"]
 
 
 class Stepper:
-    """Steps a scheme: ``step(n)``. On OpenMP, or on a device if PySPH's configuration says so.
+    """Steps a scheme by hand, with OpenMP, or on a device if PySPH's configuration says so.
 
-    Between calls the host holds the state, and what is edited there counts.
+    Between calls of :meth:`step` the state is on the host and may be edited there.
 
     Parameters
     ----------
-    scheme : PBFScheme         Its ``setup_properties`` has been called with ``arrays``.
-    arrays : list              Particle arrays of PySPH.
+    scheme : PBFScheme         The scheme; call its ``setup_properties`` with ``arrays`` first.
+    arrays : list              The particle arrays of PySPH.
     dt : float                 Time step [s]; the scheme's own if not given.
-    domain : DomainManager     Periodic domain, if any.
-    ordered : bool             Particles are sorted in memory as an application sorts them, and change their places.
+    domain : DomainManager     The periodic domain, if there is one.
+    ordered : bool             Sort the particles in memory as an application does, which changes their order.
 
-    ``t`` is the time [s]; ``seconds`` the wall time spent in steps so far [s], compiling left out.
+    ``t`` is the time [s], ``seconds`` the wall time spent in steps so far [s], without compiling.
     """
 
-    openmp = True  # where the arrays are on the host
+    openmp = True  # used if the arrays are on the host
 
     def __init__(self, scheme, arrays, *, dt=None, domain=None, ordered=False):
         on_device = get_backend() != "cython"
@@ -63,11 +63,11 @@ class Stepper:
         self.seconds += perf_counter() - begin
 
     def settle(self):
-        """Give particles that start too close their distance, as the first step otherwise does."""
+        """Move apart particles that start too close together; otherwise the first step does this."""
         self.solver.integrator.settle()
 
     def run_stage(self, name):
-        """One stage alone, on fresh neighbour lists."""
+        """Run one stage alone, on new neighbour lists."""
         integrator = self.solver.integrator
         integrator.forget_lists()
         integrator.nnps.update_domain()

@@ -1,1 +1,1 @@
-"""Schemes that order the equations, and the effects they are composed of."""
+"""The schemes, which put the equations in order, and the effects from which they are composed."""

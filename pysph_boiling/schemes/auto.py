@@ -1,4 +1,4 @@
-"""``effects="auto"``: which effects a scene calls for, from what is in it, and why.
+"""``effects="auto"``: chooses the effects that a scene needs from its arrays and temperatures, and gives the reasons.
 
 Each effect carries its rule (``Effect.auto_rule``). Slots are asked in an order in which a rule may read what was
 chosen before it.
@@ -20,7 +20,7 @@ ASKED_FOR = Rule(None, "asked for", "only if asked for")
 
 @dataclass(frozen=True)
 class Facts:
-    """What a scene shows of itself: temperatures in K, ``hottest`` and ``coldest`` over the start and every source."""
+    """Facts about a scene for the rules; temperatures in K, ``hottest`` and ``coldest`` include all sources."""
 
     g: float
     walls: bool
@@ -35,7 +35,7 @@ class Facts:
 
 
 class Choice(NamedTuple):
-    """A slot, its effect or ``None``, and why."""
+    """A slot, the effect chosen for it or ``None``, and the reason."""
 
     slot: str
     effect: object
@@ -43,9 +43,9 @@ class Choice(NamedTuple):
 
 
 def facts_of(scheme, arrays, T, candidates):
-    """The :class:`Facts` of arrays that have not been set up yet; ``T`` [K] is the start temperature, or (n,) of them.
+    """The :class:`Facts` of arrays before they are set up; ``T`` [K] is the initial temperature, a number or (n,).
 
-    Raises ``ValueError`` where walls are heated and no heater says how.
+    Raises ``ValueError`` if walls are heated but there is no heater among the ``candidates``.
     """
     material, scene = scheme.material, scheme.scene()
     if material is None:  # motion alone
@@ -73,13 +73,13 @@ def facts_of(scheme, arrays, T, candidates):
 
 
 def needs(slot):
-    """Slots that must have been chosen before ``slot`` can be."""
+    """The slots that must be decided before ``slot``."""
     first = EFFECTS[slot][0]
     return {*first.requires, *(first.auto_rule.after if first.auto_rule else ())}
 
 
 def in_order(slots):
-    """``slots``, each after those that it needs. Raises ``ValueError`` where two of them need each other."""
+    """``slots`` in an order in which each comes after those it needs. Raises ``ValueError`` for a circle."""
     pending, order = list(slots), []
     while pending:
         free = [slot for slot in pending if not needs(slot) & set(pending)]
@@ -93,8 +93,8 @@ def in_order(slots):
 def choose(scheme, arrays, T=None, candidates=None, overrides=None):
     """A list of :class:`Choice`, one for each slot of the scheme.
 
-    ``candidates`` gives the parameters of effects that are chosen; an effect that is chosen without one has its
-    defaults. ``overrides`` (slot -> effect or ``None``) are taken as they are.
+    ``candidates`` (slot -> effect) have the parameters to use if they are chosen; other effects have their default
+    parameters. ``overrides`` (slot -> effect or ``None``) are used as they are.
     """
     overrides, candidates = overrides or {}, dict(candidates or {})
     candidates.update((slot, effect) for slot, effect in overrides.items() if effect is not None)
@@ -115,8 +115,8 @@ def choose(scheme, arrays, T=None, candidates=None, overrides=None):
 
 
 def default(slot, scheme, arrays):
-    """The effect of a slot that nobody gave parameters for."""
-    if slot == "container":  # the outside of the walls: it catches what leaks through them
+    """The effect of a slot with default parameters."""
+    if slot == "container":  # around the outside of the walls, it catches particles that leak through them
         half = 0.5 * scheme.spacing
         points = np.concatenate([positions(pa) for pa in arrays if pa.name in scheme.solids])
         return BoxContainer(lower=tuple(points.min(0) - half), upper=tuple(points.max(0) + half))
@@ -124,6 +124,6 @@ def default(slot, scheme, arrays):
 
 
 def report(choices):
-    """What was chosen and why, as text."""
+    """Text that says which effects were chosen and why."""
     return "\n".join(f"{'with' if choice.effect is not None else 'without'} {choice.slot}: {choice.reason}"
                      for choice in choices)

@@ -1,4 +1,4 @@
-"""BoilingScheme: Position Based Fluids with heat, phases and bubbles, composed of the effects a scene calls for."""
+"""BoilingScheme: Position Based Fluids with heat, phases and bubbles, composed of effects."""
 import numpy as np
 
 from pysph_boiling.materials import WATER_1ATM, Material
@@ -16,13 +16,25 @@ class BoilingScheme(PBFScheme):
 
     material : Material   Constants of the fluid; its liquid density is the rest density.
     sites : list of str   Names of the arrays of preset nucleation sites.
-    effects : "auto"      Derive the set from the scene (:mod:`pysph_boiling.schemes.auto`): ``setup_properties`` looks
-                          at the arrays and at ``T_start`` [K], prints what it chose and why (also in ``choices``).
-                          Slots that are given, also as ``None``, are taken as they are.
+    effects : "auto"      Choose the effects from the scene (:mod:`pysph_boiling.schemes.auto`): ``setup_properties``
+                          checks the arrays and ``T_start`` [K], and prints the effects and the reasons (also in
+                          ``choices``). Slots that are given, even as ``None``, are used as they are.
     **slots               One effect or ``None`` for each slot of :data:`pysph_boiling.schemes.effects.EFFECTS`.
 
-    Without effects it builds what ``PBFScheme`` builds. Errors and limits: as there; a vapour particle has the mass of
-    a liquid one, and its rest volume unless there is the effect ``expansion``.
+    Without effects it builds the same as ``PBFScheme``. Errors and limits are the same, too. A vapour particle has the
+    mass of a liquid particle, and its rest volume unless there is the effect ``expansion``.
+
+    Example: a scheme for water in a vessel on a heater, whose effects are listed.
+
+    >>> from pysph_boiling.materials import WATER_1ATM
+    >>> from pysph_boiling.schemes.boiling import BoilingScheme
+    >>> from pysph_boiling.schemes.effects import Heater, HeatConduction
+    >>> scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=0.005, material=WATER_1ATM,
+    ...                        heat=HeatConduction(), heater=Heater(temperature=400.0))
+    >>> list(scheme.effects)
+    ['density', 'heat', 'heater']
+    >>> scheme.rho0  # kg/m^3
+    958.0
     """
 
     slots = Slots()
@@ -35,7 +47,7 @@ class BoilingScheme(PBFScheme):
             raise ValueError(f"effects must be 'auto' or left out (each effect has its own keyword), got {effects!r}")
         self.material, self.T_start = material, T_start
         self.asked = {slot: slots[slot] for slot in slots if slot in self.slots} if effects == "auto" else None
-        if effects == "auto":  # what is asked for may need what is not yet chosen
+        if effects == "auto":  # given effects may need others that are chosen later
             slots = {name: value for name, value in slots.items() if name not in self.slots or name == "density"}
         super().__init__(fluids, solids, dim=dim, spacing=spacing, rho0=material.rho_l, sites=sites, **slots)
 
@@ -46,10 +58,10 @@ class BoilingScheme(PBFScheme):
         super().setup_properties(particles, clean)
 
     def set_temperature(self, pa, T):
-        """Start a fluid array at temperature ``T`` [K], a number or (n,): liquid, superheated above saturation.
+        """Set the initial temperature ``T`` [K], a number or (n,), of a fluid array: liquid, superheated above T_sat.
 
-        Raises ``ValueError`` below melting, from the critical temperature on, and for a wrong shape. Call
-        it after ``setup_properties``.
+        Call it after ``setup_properties``. Raises ``ValueError`` for temperatures below melting or not below the
+        critical temperature, and for a wrong shape.
         """
         if np.shape(T) not in ((), (1,), pa.x.shape):
             raise ValueError(f"T of '{pa.name}' must be a number or have shape {pa.x.shape} [K], got {np.shape(T)}")

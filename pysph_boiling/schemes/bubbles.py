@@ -1,6 +1,6 @@
-"""Bubbles of a state: size, centroid, mean radius, from the labels of :mod:`pysph_boiling.equations.bubble_groups`.
+"""Size, centroid and mean radius of bubbles, from the labels of :mod:`pysph_boiling.equations.bubble_groups`.
 
-Only the vapour subset is touched, so the cost is that of the vapour.
+Only the vapour particles are read, so the cost grows with their number.
 """
 import math
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ __all__ = ["BubbleTable", "Departures", "bubble_table", "equivalent_radius", "st
 
 @dataclass(frozen=True)
 class BubbleTable:
-    """One row per bubble, sorted by label; all arrays have shape (bubbles,) but for the centroid.
+    """One row per bubble, sorted by label; all arrays have shape (bubbles,) except the centroid.
 
-    ``label`` smallest uid [-]; ``n`` particles [-]; ``mass`` [kg]; ``centroid`` (bubbles, 3) [m]; ``mean_radius`` mean
-    distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` of a disc or sphere of its rest volume,
-    swollen where vapour swells [m]; ``deficit`` sum of m c_v (T_sat - T) over its particles below saturation (the
-    paper, eq. 20) [J].
+    ``label`` is the smallest uid [-]; ``n`` the number of particles [-]; ``mass`` [kg]; ``centroid`` (bubbles, 3) [m];
+    ``mean_radius`` the mean distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` the radius of a
+    disc or sphere of its rest volume, including expansion [m]; ``deficit`` the sum of m c_v (T_sat - T) over its
+    particles below saturation (the paper, eq. 20) [J].
     """
 
     label: np.ndarray
@@ -42,7 +42,7 @@ def vapour_of(arrays):
 
 
 def equivalent_radius(vapour, scene):
-    """Radius of a disc or sphere of the rest volume of each bubble, swollen where vapour swells, (bubbles,) [m]."""
+    """Radius of a disc or sphere of the rest volume of each bubble, including expansion, (bubbles,) [m]."""
     m = vapour.get("m")
     swollen = "swell" in vapour.arrays[0].properties
     volume = vapour.sum(m * vapour.get("swell") if swollen else m) / scene.rho0
@@ -53,9 +53,9 @@ def equivalent_radius(vapour, scene):
 def bubble_table(arrays, scene, period=None):
     """The :class:`BubbleTable` of fluid arrays with current labels.
 
-    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic, that of the scene
-    if not given: positions of a bubble are then taken relative to one of its members, by the nearest image (a bubble
-    must be shorter than half a period).
+    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic; that of the scene
+    if not given. In a periodic domain, positions are taken relative to a member of the bubble by the nearest image, so
+    a bubble must be shorter than half a period.
     """
     vapour = vapour_of(arrays)
     place, centroid = vapour.places(scene.period if period is None else period)
@@ -67,28 +67,28 @@ def bubble_table(arrays, scene, period=None):
 
 
 def store_sizes(arrays):
-    """Write the number of particles of its bubble to each vapour particle (``bubble_n``), 0 to all others."""
+    """Set ``bubble_n`` of each vapour particle to the number of particles in its bubble, and of all others to 0."""
     vapour = Vapour(arrays)
     vapour.put("bubble_n", vapour.n[vapour.index], elsewhere=0)
 
 
 class Departures(Tool):
-    """Records each bubble that leaves the base: ``events`` is a list of (time [s], particles).
+    """Records each bubble that departs from the base: ``events`` is a list of (time [s], particles).
 
-    A bubble is aloft when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when it
-    is aloft and most of its particles were in a bubble at the base one step before; so a bubble that splits or merges
-    on its way up does not depart again, and vapour that is made aloft does not depart at all.
+    A bubble is detached when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when
+    it is detached and most of its particles were in an attached bubble one step before. So a bubble that splits or
+    merges while it rises does not depart again, and vapour that forms above the base does not depart at all.
     """
 
     def __init__(self, scheme, clearance):
         self.scheme, self.clearance = scheme, clearance
         self.up = np.array(scheme.scene().up)
         self.base = None
-        self.attached = None  # uids in bubbles at the base, one step before
+        self.attached = None  # uids in attached bubbles, one step before
         self.events = []
 
     def pre_step(self, solver):
-        if self.attached is None:  # also when an interrupted run goes on
+        if self.attached is None:  # at the start and when a run is resumed
             sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
             self.base = ranks.largest(max(
                 float(np.max(positions(pa) @ self.up, initial=-np.inf)) for pa in sites))
@@ -103,7 +103,7 @@ class Departures(Tool):
         self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
 
     def look(self):
-        """Uids of the vapour particles, their bubbles, and of each bubble whether it is aloft."""
+        """Uids of the vapour particles, their bubbles, and for each bubble whether it is detached."""
         vapour = Vapour(self.scheme.arrays)
         height = np.stack([vapour.get(name) for name in "xyz"], -1) @ self.up - self.base
         return vapour.get("uid"), vapour, -vapour.max(-height, least=-np.inf) > self.clearance

@@ -1,4 +1,4 @@
-"""PySPH compiles and loads its sets of equations as modules that are checked (:class:`CheckedModule`)."""
+"""Lets PySPH compile and load its sets of equations as modules with checksums (:class:`CheckedModule`)."""
 from contextlib import contextmanager
 
 from pysph.sph import acceleration_eval_cython_helper
@@ -10,7 +10,7 @@ __all__ = ["CheckedModule", "checked", "load_as"]
 
 @contextmanager
 def load_as(module):
-    """PySPH compiles and loads sets of equations as this class of modules inside the block."""
+    """Inside this block PySPH compiles and loads sets of equations as modules of the class ``module``."""
     before = acceleration_eval_cython_helper.ExtModule
     acceleration_eval_cython_helper.ExtModule = module
     try:
@@ -20,5 +20,5 @@ def load_as(module):
 
 
 def checked():
-    """PySPH checks its modules inside the block."""
+    """Inside this block PySPH checks the checksums of its modules."""
     return load_as(CheckedModule)

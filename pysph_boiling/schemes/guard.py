@@ -1,4 +1,4 @@
-"""Stops a run at the step in which a NaN or Inf appears, or a temperature beyond physics."""
+"""Stops a run at the step in which a NaN or Inf or an impossible temperature appears."""
 import math
 import warnings
 
@@ -18,11 +18,11 @@ WATCHED = ("x", "y", "z", "u", "v", "w", "e", "T")
 class Guard(Tool):
     """Raises ``FloatingPointError`` after the step in which a position, velocity or temperature is NaN or Inf.
 
-    So it does where a temperature is not above 0 K, or that of liquid not below the critical point: beyond it there is
-    no liquid, while vapour may be as hot as its heater makes it. Where stored latent heat is read as sensible heat
-    (``interrupt="convert"``, after the paper), liquid may be hotter by L/c_l: that is warned of, once.
+    The same happens if a temperature is not above 0 K, or if liquid is not below the critical temperature; vapour may
+    have any temperature. With ``interrupt="convert"`` (the paper's form) stored latent heat becomes sensible heat,
+    which may heat liquid by up to L/c_l, so in this case there is only a warning, once.
 
-    The error names particle, place, phase and the last particle file, which is good.
+    The error names the particle, its position and phase, and the last valid particle file.
     """
 
     def __init__(self, scheme):
@@ -37,7 +37,7 @@ class Guard(Tool):
             raise FloatingPointError(problem)
 
     def look(self, solver):
-        """What is wrong on this rank, or ``None``."""
+        """A description of the problem on this rank, or ``None``."""
         for pa in self.scheme.arrays:
             for name in WATCHED:
                 if name in pa.properties and not math.isfinite(summed(values(pa, name))):
@@ -54,14 +54,14 @@ class Guard(Tool):
                 "vapour above 0 K")
 
     def too_cold(self, pa, solver):
-        """What is wrong where something is not above 0 K, or ``None``."""
+        """A description of a temperature that is not above 0 K, or ``None``."""
         T = values(pa, "T")
         if len(T) == 0 or smallest(T) > 0.0:
             return None
         return self.report(pa, "T", solver, lambda pa: pa.T <= 0.0, self.limits())
 
     def too_hot(self, pa, solver):
-        """What is wrong where liquid is beyond its critical point, or ``None``."""
+        """A description of liquid that is not below the critical temperature, or ``None``."""
         T_crit, phases = self.scheme.material.T_crit, "phase" in pa.properties
 
         def beyond(T, phase):
@@ -77,18 +77,18 @@ class Guard(Tool):
         if not self.converts:
             return problem
         self.warned = True
-        warnings.warn(f"{problem}: what an interruption had stored reads as sensible heat (phases.interrupt convert); "
-                      "the run goes on", stacklevel=2)
+        warnings.warn(f"{problem}: with phases.interrupt = convert, latent heat becomes sensible heat at an "
+                      "interruption, which can heat liquid this much; the run continues", stacklevel=2)
         return None
 
     def report(self, pa, name, solver, wrong, limits=""):
-        """Particle, place, phase, limits, and the last particle file that is good. ``wrong(pa)`` is a mask (n,)."""
+        """Text with particle, position, phase, limits and the last valid file; ``wrong(pa)`` is a mask (n,)."""
         from pysph_boiling.files import last_output
 
         for watched in pa.properties:
             host(pa, watched)
         bad = np.flatnonzero(wrong(pa))
-        if len(bad) == 0:  # finite numbers whose sum is not
+        if len(bad) == 0:  # all numbers are finite, but their sum is not
             bad = [int(np.argmax(np.abs(pa.get(name))))]
         i = bad[0]
         phase = f", {Phase(int(pa.phase[i])).name.lower()}" if "phase" in pa.properties else ""
@@ -97,4 +97,4 @@ class Guard(Tool):
         return (
             f"at t = {solver.t + solver.dt:.6g} s (step {solver.count + 1}) {name} = {value} of particle "
             f"{pa.uid[i]} of '{pa.name}' at ({pa.x[i]:.4g}, {pa.y[i]:.4g}, {pa.z[i]:.4g}) m{phase}; {len(bad)} "
-            f"particles in all{limits}; last good output: {file or 'none'}")
+            f"particles in all{limits}; last valid output: {file or 'none'}")

@@ -1,4 +1,4 @@
-"""Parts of the model in another scheme of PySPH: groups that would be wrong in silence if put together by hand."""
+"""Parts of the model for other PySPH schemes: groups that are easily put together wrongly without an error."""
 from pysph.sph.equation import Group
 
 from pysph_boiling.equations import bubble_groups
@@ -10,16 +10,17 @@ __all__ = ["label_groups"]
 
 
 def label_groups(pa, *, radius):
-    """Groups that label the bubbles of an array, to be added to the equations of any scheme.
+    """Groups that label the bubbles of the array ``pa``, to be added to the equations of any scheme.
 
-    Vapour (``phase`` 3) nearer than ``radius`` [m] to each other belongs together; afterwards ``bubble`` is the
-    smallest uid of a particle's bubble, ``NO_BUBBLE`` outside. ``radius`` is at most the support of the kernel. The
-    domain may be periodic. The array gets what the labels need, ``uid`` included.
+    Vapour particles (``phase`` 3) closer than ``radius`` [m], which is at most the kernel support, belong together.
+    Afterwards the property ``bubble`` is the smallest uid in a particle's bubble, or ``NO_BUBBLE``. The domain may be
+    periodic. All properties that are needed, including ``uid``, are added to the array.
 
     Errors: ``ValueError`` if radius <= 0, or if the array has no ``phase``.   Limits: not on several ranks.
     """
     if "phase" not in pa.properties:
-        raise ValueError(f"labels of bubbles need the property 'phase' (int) of '{pa.name}'; see pysph_boiling.phases")
+        raise ValueError(f"to label bubbles, array '{pa.name}' needs the property 'phase' (int); see "
+                         "pysph_boiling.phases")
     number(pa)
     add_properties(pa, BubbleLabels().properties(None))
     for name, value in BubbleLabels().constants(None).items():

@@ -1,7 +1,7 @@
-"""The integrator: predict, one neighbour search, the stages that the present state needs, velocity, forces.
+"""The integrator: prediction, one neighbour search, the stages that the present state needs, velocity, and forces.
 
-``PBFIntegrator.one_timestep`` is compiled by PySPH as it stands; what runs and how often is decided by the two
-generators it iterates over, which read the state between two stages.
+PySPH compiles ``PBFIntegrator.one_timestep`` as it is. The two generators in its loops decide which stages run and how
+often, and they read the state between two stages.
 """
 import math
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from pysph_boiling.particles import fill
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
-SETTLED = 0.01  # largest density error [-] of a start that is not corrected further
+SETTLED = 0.01  # largest density error [-] of the initial state at which settling ends
 LISTED = tuple((axis, f"listed_{axis}") for axis in "xyz")  # positions, and those at the last search
-MAX_SUBSTEPS = 1000  # parts of a step; more means that particles fly apart
-MAX_SUBCYCLES = 100_000  # heat steps in a step; more means that the enthalpy diverges, not that the scene is stiff
+MAX_SUBSTEPS = 1000  # largest number of parts of a step; more means that particles fly apart
+MAX_SUBCYCLES = 100_000  # largest number of heat steps in a step; more means that the enthalpy diverges
 
 
 def set_constant(pa, name, value):
-    """Set a constant of a particle array on the host and, where there is one, on the device."""
+    """Set a constant of a particle array on the host, and on the device if there is one."""
     pa.constants[name].get_npy_array()[:] = value
     if pa.gpu is not None:
         pa.gpu.push(name)
@@ -75,11 +75,12 @@ class PBFFrozenStep(IntegratorStep):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionLimits:
-    """How far particles may move in a step, and how density errors are worked off that were there before.
+    """How far particles may move in a step, and how existing density errors are corrected.
 
-    ``longest_step`` [s]; ``distance`` [m] that a velocity, and ``push`` [m] that an acceleration may move a particle in
-    one step; ``short_step`` [s], below which a step is short; ``tolerance`` [-], up to which mean errors are left;
-    ``settle`` passes of the density stage before the first step, at most. Speeds are those against the walls.
+    ``longest_step`` [s] is the longest step; ``distance`` [m] and ``push`` [m] are the largest displacements of a
+    particle in one step by its velocity and by its acceleration; steps shorter than ``short_step`` [s] count as short;
+    mean errors up to ``tolerance`` [-] are not corrected; ``settle`` is the largest number of passes of the density
+    stage before the first step. Speeds are relative to the walls.
     """
 
     longest_step: float
@@ -90,43 +91,43 @@ class MotionLimits:
     settle: int
 
     def substeps(self, arrays, dt):
-        """Into how many a step of ``dt`` [s] is split."""
+        """Number of parts into which a step of ``dt`` [s] is split."""
         speed = fastest(arrays, ("u", "v", "w"))
         acceleration = fastest(arrays, ("au", "av", "aw"))
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
-            raise ValueError(f"a step of {dt:.3g} s would be split into {wanted:.3g}, more than {MAX_SUBSTEPS}: "
+            raise ValueError(f"a step of {dt:.3g} s would be split into {wanted:.3g} parts, more than {MAX_SUBSTEPS}: "
                              f"the fastest particle has {speed:.3g} m/s, the largest acceleration is "
                              f"{acceleration:.3g} m/s^2")
-        return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard tells of NaN
+        return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard reports NaN
 
 
 def fastest(arrays, components):
-    """Largest length of a vector property over all arrays and ranks."""
+    """Largest magnitude of a vector property over all arrays and ranks."""
     return math.sqrt(ranks.largest(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays)))
 
 
 class PBFIntegrator(Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
-    The scheme calls :meth:`plan` once. ``wall_time`` adds up seconds per stage, ``runs`` counts how
-    often each was evaluated, ``searches`` how often neighbours were. A step is split where particles would move too
-    far in it; the first one is preceded by passes of the density stage alone, which give particles that start too close
-    to each other or to a wall their distance, but no velocity.
+    The scheme calls :meth:`plan` once. ``wall_time`` has the seconds per stage, ``runs`` the number of evaluations of
+    each stage, and ``searches`` the number of neighbour searches. A step in which particles would move too far is
+    split. Before the first step, passes of the density stage alone move apart particles that start too close to each
+    other or to a wall, without giving them a velocity.
     """
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
              frozen=False, skin=0.0, motion=None, meter=None):
-        """Tell the integrator what was built.
+        """Set what the scheme has built.
 
-        ``stages`` names in the order of the evaluators; ``arrays`` pairs of names and a list that is filled with
-        these arrays once the solver has them (also on a restart), first the fluids; ``pairs`` the (dest, source) names
-        whose neighbour lists are used; ``conditions`` maps a stage to functions of the fluid arrays, one of which must
-        hold for a step to run it (no functions: always); ``heat_limit`` the explicit limit of the heat step [s];
-        ``step_limit`` the largest change of enthalpy in one heat step [J/kg]; ``skin`` how much further than the
-        support neighbour lists reach [m]; ``motion`` a :class:`MotionLimits`; ``meter`` what
-        measures the parts of a step, if anything does (:mod:`~pysph_boiling.schemes.effects.mechanics`).
+        ``stages`` are the names in the order of the evaluators. ``arrays`` are pairs of names and a list that is filled
+        with these arrays when the solver has them (also on a restart), first of the fluids. ``pairs`` are the (dest,
+        source) names of the neighbour lists in use. ``conditions`` maps a stage to functions of the fluid arrays, one
+        of which must be true for the stage to run; without functions it always runs. ``heat_limit`` is the explicit
+        limit of the heat step [s] and ``step_limit`` the largest change of enthalpy in one heat step [J/kg]. ``skin``
+        is the distance by which neighbour lists reach farther than the support [m]. ``motion`` is a
+        :class:`MotionLimits`, and ``meter`` an optional :class:`~pysph_boiling.schemes.effects.mechanics.Meter`.
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]
@@ -146,7 +147,7 @@ class PBFIntegrator(Integrator):
         self.ghosts.arrays = self.arrays
 
     def initial_acceleration(self, t, dt):
-        """Nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
+        """Does nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
 
     def step(self, time, dt):
         n, self.heat_subcycles = 1, 0
@@ -163,11 +164,11 @@ class PBFIntegrator(Integrator):
             super().step(time + k * dt / n, dt / n)
 
     def settle(self):
-        """Passes of the density stage until the largest error is small; safeguards that act in it are not counted."""
+        """Run the density stage until the largest error is small, without counting safeguards that act."""
         for _ in range(self.motion.settle):
             self.update_domain()
             self.search()
-            self.acceleration_evals[self.density()].compute(0.0, 0.0)  # no density term reads the time
+            self.acceleration_evals[self.density()].compute(0.0, 0.0)  # the density terms do not depend on time
             if max(float(pa.density_error[1]) for pa in self.arrays) <= SETTLED:
                 break
         for pa in self.arrays:
@@ -198,7 +199,7 @@ class PBFIntegrator(Integrator):
         self.runs[name] += 1
 
     def stages_at_prediction(self, dt):
-        """Indices of the stages to run on the predicted positions, decided as the step goes on."""
+        """Yields the indices of the stages to run on the predicted positions, decided during the step."""
         self.search()
         for pa in self.arrays:
             if "steps" in pa.constants:
@@ -228,10 +229,10 @@ class PBFIntegrator(Integrator):
                 yield self.density()
 
     def density(self, dt=math.inf):
-        """Index of the density sweeps of a step of ``dt`` [s], which begin with plain ones.
+        """Index of the density stage for a step of ``dt`` [s]; its sweeps begin without acceleration.
 
-        In a short step an error that was there before it stays, since it would become a velocity. Without ``dt`` the
-        sweeps work it off, and no velocity feels it.
+        In a short step the sweeps do not correct an existing density error, since that would cause a velocity. Without
+        ``dt`` they correct it without a velocity.
         """
         share = min(1.0, dt / self.motion.short_step)
         for pa in self.arrays:
@@ -242,7 +243,7 @@ class PBFIntegrator(Integrator):
         return self.stages["density"]
 
     def oscillation(self, dt):
-        """The oscillation as often as it is called for, then the density sweeps once more."""
+        """Yields the oscillation stage as often as it is needed, and then the density stage once more."""
         for pa in self.arrays:
             set_constant(pa, "oscillation_dt", dt)
             set_constant(pa, "pushes", 0.0)
@@ -259,25 +260,25 @@ class PBFIntegrator(Integrator):
         return not conditions or any(needed(self.arrays) for needed in conditions)
 
     def stages_at_correction(self):
-        """Indices of the stages to run on the corrected positions and the new velocities."""
+        """Yields the indices of the stages to run on the corrected positions and the new velocities."""
         if "forces" in self.stages:
             self.ghosts.refresh(("u", "v", "w"))
             yield self.stages["forces"]
 
     def search(self):
-        """One neighbour search at x*; every list that a stage reads is built at once, from these positions.
+        """Search neighbours at x*; all lists that the stages read are built at once, from these positions.
 
-        Lists with a skin are kept as long as they hold.
+        Lists with a skin are kept as long as they are valid.
         """
         start = perf_counter()
         kept = self.skin > 0.0 and self.lists_hold()
         if self.searched and (self.frozen or kept):
             self.wall_time["search"] += perf_counter() - start
             return
-        if kept:  # a run goes on: its lists as they were
+        if kept:  # a resumed run restores its lists
             self.exchange_positions()
         if self.parallel_manager:
-            self.parallel_manager.update()  # particles move to the ranks whose they are, ghosts are made anew
+            self.parallel_manager.update()  # particles move to their ranks, and ghosts are replaced
         with profile_ctx("nnps.update"):
             try:
                 wrong = self.nnps.update()
@@ -305,13 +306,13 @@ class PBFIntegrator(Integrator):
         self.wall_time["search"] += perf_counter() - start
 
     def lists_hold(self):
-        """Whether the same particles stand where they stood at the last search, to half the skin."""
+        """Whether all particles are within half the skin of their positions at the last search."""
         return all(len(pa.place) == pa.listed[0] and np.array_equal(pa.place, np.arange(len(pa.place))) and
                    np.max((pa.x - pa.listed_x)**2 + (pa.y - pa.listed_y)**2 + (pa.z - pa.listed_z)**2,
                           initial=0.0) <= 0.25 * self.skin**2 for pa in self.arrays)
 
     def exchange_positions(self):
-        """Put the particles where they stood at the last search, or back."""
+        """Exchange the positions of the particles with those at the last search."""
         for pa in self.arrays:
             for here, there in LISTED:
                 now = pa.get(here).copy()
@@ -319,13 +320,13 @@ class PBFIntegrator(Integrator):
                 pa.get(there)[:] = now
 
     def forget_lists(self):
-        """Let the next step search anew, wherever its particles stand."""
+        """Make the next step search neighbours in any case."""
         self.searched = False
         for pa in self.arrays if self.skin > 0.0 else ():
             pa.listed[0] = -1.0
 
     def count_subcycles(self, dt):
-        """Heat steps in this step: the explicit limit, and no change of enthalpy beyond ``step_limit``."""
+        """Set the number of heat steps from the explicit limit and the largest change of enthalpy, ``step_limit``."""
         rate = ranks.largest(max(largest_size(values(pa, "ae")) for pa in self.arrays))
         wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
         if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
@@ -336,12 +337,12 @@ class PBFIntegrator(Integrator):
 
 
 class HeatClock(Tool):
-    """Sets ``heat_dt`` before each step of a scheme that is not ours, so that :class:`HeatUpdate` may be its guest.
+    """Sets ``heat_dt`` before each step, so that :class:`HeatUpdate` can be used in a scheme of PySPH.
 
-    Return it from ``create_tools``; the constant ``heat_dt`` must be on the arrays when PySPH compiles, so add it in
-    ``create_particles`` (see ``examples/reuse_wcsph.py``). PySPH's initial evaluation, before the first step, then
-    moves no heat. ``evaluations`` is how often the host's integrator evaluates in a step (1 for PEC, 2 for EPEC). The
-    explicit limit is the host's affair: :func:`pysph_boiling.schemes.effects.heat_step_limit` gives it.
+    Return it from ``create_tools``. The arrays need the constant ``heat_dt`` when PySPH compiles, so add it in
+    ``create_particles`` (see ``examples/reuse_wcsph.py``). PySPH's initial evaluation before the first step then moves
+    no heat. ``evaluations`` is the number of evaluations per step of the scheme's integrator (1 for PEC, 2 for EPEC).
+    The time step must obey the explicit limit, :func:`pysph_boiling.schemes.effects.heat_step_limit`.
     """
 
     def __init__(self, arrays, evaluations=1):

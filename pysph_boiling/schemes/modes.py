@@ -1,6 +1,6 @@
-"""Three models of boiling to compare: the paper's, and the two that it compares itself with (its Table 1).
+"""Three models of boiling: that of the paper, and the two with which it is compared (its Table 1).
 
-:data:`MODES` says what each of them is, and which effects turn a scene into it. All three conserve mass and energy.
+:data:`MODES` describes each model, and how it changes the effects of a scene. All three conserve mass and energy.
 """
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ __all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites"]
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """A model of boiling: what it says, and how it changes the effects of a scene.
+    """A model of boiling: its description, and how it changes the effects of a scene.
 
     ``latent_stage`` which liquid enters the latent stage; ``storage`` where latent heat is stored; ``vapour`` what
     becomes vapour. ``phases`` are changes of the effect of that slot, ``without`` slots that are emptied, ``adds``
@@ -37,31 +37,31 @@ MODES = {
         vapour="a particle with e >= L, or dynamic nucleation"),
     "gu": Mode(
         source="Gu et al.",
-        latent_stage="any liquid at T_sat: none is ever superheated",
+        latent_stage="any liquid at T_sat, so that none is ever superheated",
         storage="in the particle",
         vapour="a particle with e >= L",
         phases=dict(kinetic="always"), without=("dynamic_nucleation", "pooling"), needs=("phases",)),
     "li_xiao": Mode(
         source="Li & Xiao",
-        latent_stage="none: liquid superheats freely",
-        storage="in the site, by the excess heat of the liquid near it",
-        vapour="the n_emit particles nearest to a site that is free and can pay for them",
+        latent_stage="none, so that liquid superheats freely",
+        storage="in the site, which absorbs the excess heat of the liquid near it",
+        vapour="the n_emit particles nearest to a site that is free and holds enough heat",
         phases=dict(kinetic="never", vapour_as_site=False), without=("dynamic_nucleation", "pooling", "adhesion"),
         adds=dict(storage=SiteStorage()), needs=("phases", "preset_nucleation")),
-}  # adhesion would keep a few particles of an emitted bubble, which occupy their site for ever
+}  # adhesion would keep a few particles of an emitted bubble, which would occupy their site forever
 
 
 def effects_in_mode(mode, effects):
-    """The effects (slot -> effect) of a scene in another mode. Returns a new dict; ``"dynamic"`` changes nothing.
+    """The effects (slot -> effect) of a scene in another mode, as a new dict; ``"dynamic"`` changes nothing.
 
-    Raises ``ValueError`` for an unknown mode and for a scene without what the mode changes.
+    Raises ``ValueError`` for an unknown mode, and for a scene that lacks an effect which the mode needs.
     """
     if mode not in MODES:
         raise unknown("mode", mode, MODES)
     row = MODES[mode]
     for slot in row.needs:
         if slot not in effects:
-            raise ValueError(f"mode '{mode}' needs a scene with the effect '{slot}'; this one has "
+            raise ValueError(f"mode '{mode}' needs a scene with the effect '{slot}', but this one has "
                              f"{', '.join(effects) or 'none'}")
     result = {slot: effect for slot, effect in effects.items() if slot not in row.without}
     for slot, effect in row.adds.items():
@@ -72,7 +72,7 @@ def effects_in_mode(mode, effects):
 
 
 def widen_sites(scheme, arrays):
-    """Let the site arrays among ``arrays`` reach as far as storage in sites needs; nothing where there is none."""
+    """Extend the reach of the site arrays to what storage in sites needs, if the scheme has that effect."""
     if "storage" in scheme.effects:
         h = scheme.effects["storage"].reach(scheme.scene()) / scheme.kernel.radius_scale
         for pa in arrays:

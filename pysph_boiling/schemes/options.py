@@ -1,4 +1,4 @@
-"""Command-line options of a scheme, made from the parameters of its effects: one table, no option listed twice."""
+"""Command-line options of a scheme, which are made from the parameters of its effects."""
 import argparse
 import dataclasses
 
@@ -19,7 +19,7 @@ def add_former_options(group, name, prefix=""):
 
 
 def option_table(slots):
-    """Rows (slot, field name, flag, field) of every parameter of every effect in ``slots``."""
+    """Rows (slot, field name, flag, field) for all parameters of all effects in ``slots``."""
     rows, seen = [], set()
     for slot in slots:
         for cls in EFFECTS[slot]:
@@ -57,9 +57,9 @@ def _help(meta, default):
 
 
 def add_options(group, slots):
-    """Add to an argparse group a switch for every effect in ``slots`` and an option for every parameter.
+    """Add a switch for every effect in ``slots`` and an option for every parameter to an argparse group.
 
-    Defaults are ``None``, so that values a scene has set survive.
+    Their defaults are ``None``, so that values set by a scene are kept.
     """
     for slot in slots:
         titles = " or ".join(cls.title for cls in EFFECTS[slot])
@@ -76,7 +76,7 @@ def add_options(group, slots):
 
 
 def apply_options(options, effects, slots):
-    """Effects after the options: switched off, switched on, or with parameters replaced. Returns a new dict."""
+    """The effects, as a new dict, after options have switched them on or off or replaced their parameters."""
     values = vars(options)
     result = dict(effects)
     for slot in slots:

@@ -1,6 +1,6 @@
-"""Particle files as PySPH writes them, at the cost of their numbers.
+"""Writing PySPH's particle files faster.
 
-Of the time of a file PySPH spends nine tenths on its attributes, six to each property, which are the same in every
+PySPH spends nine tenths of the time for a file on its attributes, six for each property, which are the same in every
 file of a run.
 """
 import io
@@ -13,17 +13,17 @@ __all__ = ["ParticleFiles"]
 
 
 class ParticleFiles(HDFOutput):
-    """PySPH's writer of HDF5, which makes a file out of the last one where that differs in nothing but numbers.
+    """PySPH's HDF5 writer, which copies the last file and replaces its numbers if nothing else has changed.
 
-    ``dump(memory, particles, solver_data)`` is PySPH's, to an empty ``io.BytesIO``. The first file, and each one whose
-    arrays, properties, attributes or lengths are not those of the last, is PySPH's own work. Any other is a copy of the
-    last one, with the present numbers in the places that HDF5 says theirs have.
+    ``dump(memory, particles, solver_data)`` is PySPH's method, here for an empty ``io.BytesIO``. PySPH writes the first
+    file, and each file whose arrays, properties, attributes or lengths differ from the last one. Any other file is a
+    copy of the last one, with the present numbers at the positions given by HDF5.
 
-    Limits: compressed numbers have no such places, so that every file that is compressed is PySPH's own work.
+    Limits: compressed numbers have no fixed positions, so PySPH writes every compressed file.
     """
 
-    last = layout = None  # the last file of PySPH's own work, and what it looks like
-    places = None  # in it: (first byte, last byte + 1, array, group, name) of everything that has a length
+    last = layout = None  # the last file that PySPH wrote, and its layout
+    places = None  # its datasets: (first byte, last byte + 1, array, group, name)
 
     def _dump(self, memory):
         layout = self._layout()
@@ -42,11 +42,11 @@ class ParticleFiles(HDFOutput):
                 file["solver_data"].attrs.modify(name, value)
 
     def _numbers(self, array):
-        """What of an array is written as numbers in a row, by the group it goes to: name -> array (n,)."""
+        """The arrays of numbers to write for a particle array, by group: name -> array (n,)."""
         return {"arrays": self.all_array_data[array], "constants": self.particle_data[array]["constants"]}
 
     def _layout(self):
-        """All that a file says but its numbers, to be compared."""
+        """Everything in a file except its numbers, for comparison."""
         return {name: type(value) for name, value in self.solver_data.items()}, {
             array: (info["properties"], {
                 (group, name): (numbers.dtype, numbers.shape)
@@ -55,7 +55,7 @@ class ParticleFiles(HDFOutput):
 
 
 def places(file):
-    """Where in a file (bytes) the numbers of its datasets lie: (first byte, last byte + 1, array, group, name)."""
+    """Positions of the datasets in a file, given as bytes: (first byte, last byte + 1, array, group, name)."""
     found = []
 
     def look(path, item):

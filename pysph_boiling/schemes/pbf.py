@@ -37,7 +37,7 @@ SPACING_RANGE = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the
 
 
 class Slots:
-    """The slots of all effects that are known when it is read, but for ``without`` and those that require it."""
+    """The slots of all effects that are registered when it is read, except ``without`` and those that require it."""
 
     def __init__(self, without=None):
         self.without = without
@@ -47,7 +47,7 @@ class Slots:
 
 
 def requirements(slot):
-    """``slot`` itself, and the slots of all that the first effect there requires, directly or through others."""
+    """``slot`` itself and all slots that its first effect requires, directly or through others."""
     found, pending = set(), [slot]
     while pending:
         slot = pending.pop()
@@ -69,11 +69,11 @@ class PBFScheme(Scheme):
     gravity : three floats         [m/s^2]; 9.81 downwards if not given.
     hdx : float                    Smoothing length over spacing [-], 1 to 2.
     kernel : PySPH kernel          CubicSpline (if not given) or WendlandQuintic.
-    quality : str                  "draft", "standard" or "reference": time step and sweeps (schemes/quality.py). An
-                                   effect ``density`` that is given keeps its own sweeps.
-    lean : bool                    Whether lean sums may take the place of general equations (schemes/lean.py).
+    quality : str                  "draft", "standard" or "reference": time step and sweeps (schemes/quality.py). A
+                                   given effect ``density`` keeps its own sweeps.
+    lean : bool                    Whether lean sums may replace general equations (schemes/lean.py).
     **effects                      One effect per slot (``container=BoxContainer(...)``), or ``None`` to leave it out.
-                                   ``density=None`` gives a scene that stands still.
+                                   With ``density=None`` particles do not move.
 
     Errors: ``ValueError`` that names the parameter, its value, range and unit, before any array is touched.
     Limits: a fixed time step; mirror domains are not supported; no periodic domain on several MPI ranks.
@@ -101,7 +101,7 @@ class PBFScheme(Scheme):
         names = [*fluids, *solids, *sites]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"the particle array '{twice}' is named twice: it would act twice")
+            raise ValueError(f"the particle array '{twice}' must not be named twice")
         if gravity is None:
             gravity = (0.0, -9.81, 0.0) if dim == 2 else (0.0, 0.0, -9.81)
         gravity = tuple(float(component) for component in gravity)
@@ -110,7 +110,7 @@ class PBFScheme(Scheme):
         self.spacing, self.rho0, self.hdx, self.gravity = float(spacing), float(rho0), float(hdx), gravity
         self.kernel = kernel if kernel is not None else CubicSpline(dim=dim)
         if self.kernel.dim != dim:
-            raise ValueError(f"the kernel must be one of {dim} dimensions, as the scheme; got {self.kernel.dim}")
+            raise ValueError(f"the kernel must have {dim} dimensions like the scheme, got {self.kernel.dim}")
         self.sites, self.lean = list(sites), lean
         self.effects = {}
         self.set_quality(quality)
@@ -128,7 +128,7 @@ class PBFScheme(Scheme):
     # --- effects ------------------------------------------------------------------------------------------------------
 
     def set_effects(self, **effects):
-        """Put effects into their slots; ``None`` empties a slot. Raises ``ValueError`` for a slot that is unknown."""
+        """Set the effects of slots, or leave one out with ``None``. Raises ``ValueError`` for an unknown slot."""
         for slot, effect in effects.items():
             if slot not in self.slots and current_name(slot) != slot:
                 raise ValueError(f"{slot} is called {current_name(slot)} now")
@@ -144,7 +144,7 @@ class PBFScheme(Scheme):
         self.effects = {slot: self.effects[slot] for slot in self.slots if slot in self.effects}
 
     def set_quality(self, name):
-        """Take time step and density sweeps from a preset. Raises ``ValueError`` for a name that is unknown."""
+        """Use the time step and density sweeps of a preset. Raises ``ValueError`` for an unknown name."""
         if name not in QUALITIES:
             raise unknown("quality", name, QUALITIES)
         quality = QUALITIES[name]
@@ -152,7 +152,7 @@ class PBFScheme(Scheme):
         self.set_effects(density=quality.density)
 
     def derive(self, particles, T=None, candidates=None, asked=None):
-        """Choose the effects that a scene of these arrays calls for (:func:`pysph_boiling.schemes.auto.choose`)."""
+        """Choose the effects from the arrays of the scene (:func:`pysph_boiling.schemes.auto.choose`)."""
         self.choices = choose(self, particles, T, candidates, asked)
         self.set_effects(**{choice.slot: choice.effect for choice in self.choices})
         print(report(self.choices))
@@ -174,7 +174,7 @@ class PBFScheme(Scheme):
             material=self.material, gravity=self.gravity, effects=self.effects, period=self.period)
 
     def skin(self):
-        """How much further than the support neighbour lists reach [m]."""
+        """Distance by which neighbour lists reach farther than the support [m]."""
         return self.effects["density"].skin * self.spacing if "density" in self.effects else 0.0
 
     def terms(self):
@@ -184,7 +184,7 @@ class PBFScheme(Scheme):
                 for term in effect.terms(scene, fluid)]
 
     def built_terms(self):
-        """(terms, why): those that are built on the arrays that were set up, lean where they may be; why not, if so."""
+        """(terms, why): the terms for the arrays that were set up, with lean sums, or the reason why without them."""
         terms, why = self.terms(), why_general(self, self.given)
         return (terms if why else lean_terms(terms, self.kernel)), why
 
@@ -193,7 +193,7 @@ class PBFScheme(Scheme):
         return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
 
     def effect_rows(self, what):
-        """Concatenate ``effect.<what>(scene)`` over the effects: properties, flows or columns."""
+        """All ``effect.<what>(scene)`` of the effects in one list: properties, flows or columns."""
         scene = self.scene()
         return [row for effect in self.effects.values() for row in getattr(effect, what)(scene)]
 
@@ -202,7 +202,7 @@ class PBFScheme(Scheme):
     def add_user_options(self, group):
         option_module.add_options(group, self.slots)
         group.add_argument("--no-lean", dest="lean", action="store_false", default=None,
-                           help="general equations also where lean sums could take their place")
+                           help="use general equations instead of lean sums")
 
     def consume_user_options(self, options):
         self.effects = option_module.apply_options(options, self.effects, self.slots)
@@ -213,15 +213,15 @@ class PBFScheme(Scheme):
         """Suggested time step [s]: ``dt_factor`` of t* = sqrt(spacing/|g|), that of the quality if not given."""
         fall_time = self.scene().fall_time
         if math.isinf(fall_time):
-            raise ValueError("without gravity there is no natural time step: give dt [s]")
+            raise ValueError("without gravity there is no default time step: give dt [s]")
         return (self.dt_factor if dt_factor is None else dt_factor) * fall_time
 
     def configure_solver(self, kernel=None, integrator_cls=None, extra_steppers=None, *, frame=None, substeps=None,
                          dt=None, **kw):
         """Make the solver.
 
-        ``frame`` is the time between two outputs [s], divided into ``substeps`` steps (as many as the suggested time
-        step needs, if not given). Alternatively ``dt`` [s] alone. Further keywords go to PySPH's ``Solver``.
+        ``frame`` is the time between two outputs [s], which has ``substeps`` steps (from the suggested time step if not
+        given). Alternatively give only ``dt`` [s]. Further keywords are passed to PySPH's ``Solver``.
         """
         if kernel is not None:
             self.kernel = kernel
@@ -297,14 +297,14 @@ class PBFScheme(Scheme):
         return MultiStageEquations(list(built.values()))
 
     def setup_properties(self, particles, clean=True):
-        """Give every array exactly the properties and constants that the effects ask for, and check the scene."""
+        """Give every array exactly the properties and constants that the effects need, and check the scene."""
         self.given = arrays = {pa.name: pa for pa in particles}
         scene = self.scene()
         for name in [*self.fluids, *self.solids, *self.sites]:
             if name not in arrays:
                 raise ValueError(f"the scheme names the particle array '{name}', but the scene has {sorted(arrays)}")
             if arrays[name].get_number_of_particles() == 0:
-                raise ValueError(f"particle array '{name}' is empty: a scene needs at least one particle in it")
+                raise ValueError(f"particle array '{name}' is empty: it needs at least one particle")
         fluid_rows = [*BASE_PROPERTIES, *self.effect_rows("properties")]
         for name in self.fluids:
             pa = arrays[name]
@@ -330,9 +330,9 @@ class PBFScheme(Scheme):
             effect.prepare(scene, arrays)
 
     def enter_domain(self, domain, particles):
-        """Fit what was made without it to the periodic ``domain`` that the solver has; before the first step.
+        """Adapt to the periodic ``domain`` of the solver, before the first step.
 
-        Raises ``ValueError`` for a domain that is too short, or one whose border the container closes.
+        Raises ``ValueError`` for a domain that is too short, or whose borders are closed by the container.
         """
         manager, scene = domain.manager, self.scene()
         container = self.effects.get("container")
@@ -345,12 +345,13 @@ class PBFScheme(Scheme):
             shortest = 2.0 * manager.cell_size
             if self.period[k] < shortest * (1.0 - 1e-9):
                 raise ValueError(
-                    f"the periodic domain must be at least {shortest:.4g} m long along {axis}, two supports of the "
-                    f"largest particle, got {self.period[k]:.4g} m: a particle would meet another and its image")
+                    f"the periodic domain must be at least {shortest:.4g} m long along {axis}, which is two supports "
+                    f"of the largest particle, got {self.period[k]:.4g} m: particles would interact with two images of "
+                    "another")
             if bounds[0][k] > ends[0] or bounds[1][k] < ends[1]:
                 raise ValueError(f"container: the domain is periodic along {axis}, from {ends[0]:g} to {ends[1]:g} m, "
                                  f"but the container holds particles between {bounds[0][k]:g} and {bounds[1][k]:g} m: "
-                                 "make it reach beyond both ends")
+                                 "extend it beyond both ends")
         arrays = {pa.name: pa for pa in particles}
         if self.solids:
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim, domain=domain)
@@ -385,11 +386,11 @@ class PBFScheme(Scheme):
     # --- what was built -----------------------------------------------------------------------------------------------
 
     def tools(self):
-        """PySPH tools of the effects, in the order in which they must act after a step."""
+        """The PySPH tools of the effects, in the order in which they act after a step."""
         return [Guard(self), *(tool for effect in self.effects.values() for tool in effect.tools(self))]
 
     def describe(self):
-        """Text: stages, groups, and which effect asked for each equation."""
+        """Text with stages, groups, and the effect to which each equation belongs."""
         lines = [f"{type(self).__name__}: {', '.join(f'{slot}={effect!r}' for slot, effect in self.effects.items())}"]
         terms, why = self.built_terms()
         for stage in STAGES:
@@ -405,6 +406,7 @@ class PBFScheme(Scheme):
                         sources = ", ".join(term.equation.sources or ()) or "itself"
                         lines.append(f"      {type(term.equation).__name__:<26} {term.equation.dest} <- {sources:<14} "
                                      f"for {term.owner}")
-        lines.append("groups marked * repeat until converged")
-        lines.append(f"no lean sums: {why}" if why else "lean sums: equations named ...Lean (--no-lean: general ones)")
+        lines.append("groups marked * repeat until they have converged")
+        lines.append(f"lean sums are not used: {why}" if why else
+                     "lean sums are used: the equations named ...Lean (--no-lean for general ones)")
         return "\n".join(lines)

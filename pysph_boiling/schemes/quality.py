@@ -1,9 +1,10 @@
-"""Presets of accuracy: how long a step is and how exactly its density is solved.
+"""Presets of accuracy: the time step, and how exactly the density is solved.
 
-Taken from the fronts of ``pysph-boiling accuracy``, which also checks what they promise. Columns of water at rest, 20
-particles high, and boiling are behind the choice: in boiling a step costs more than its sweeps, and cohesion bounds it,
-so that only "reference" has shorter ones than the scenes were calibrated with; its lists have a skin, which short steps
-need. Accelerated sweeps are in none of them: below eight they are no gain, and they add energy to sloshing water.
+They were chosen from the fronts of ``pysph-boiling accuracy``, which also checks the errors that they promise, for
+columns of water at rest that are 20 particles high, and for boiling. In boiling the sweeps are a small part of a step,
+and cohesion limits its length, so only "reference" has shorter steps than those with which the scenes were calibrated;
+its neighbour lists have a skin, which saves time in short steps. No preset uses accelerated sweeps, which gain nothing
+below eight sweeps and add energy to sloshing water.
 """
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -15,11 +16,11 @@ __all__ = ["QUALITIES", "Quality"]
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """A preset, and what it promises.
+    """A preset, and the errors that it promises.
 
     ``dt_factor`` is the time step in units of t* = sqrt(spacing/|g|); ``density`` the density constraint; ``stated``
-    maps a study of ``pysph-boiling accuracy`` and one of its errors to the bound that a run of it keeps; ``cost`` is
-    the wall time of a simulated second over that of "standard", about: it is measured anew by the same command.
+    maps (study of ``pysph-boiling accuracy``, name of an error) to the bound that the error keeps; ``cost`` is the
+    approximate wall time per simulated second relative to "standard", which the same command measures again.
     """
 
     dt_factor: float
@@ -28,12 +29,12 @@ class Quality:
     cost: float
 
     def settings(self):
-        """What it sets in a problem that has these fields."""
+        """The values that it sets in a problem with these fields."""
         return dict(dt_factor=self.dt_factor, density=self.density)
 
 
 def column(error):
-    """The promise for columns at rest: mean positive density error [-] at most ``error``."""
+    """The promise for columns at rest that the mean positive density error [-] is at most ``error``."""
     return {("hydrostatic_2d", "density_mean"): error, ("hydrostatic_3d", "density_mean"): error}
 
 

@@ -1,4 +1,4 @@
-"""Rayleigh-Plesset: the radius of gas bubbles in a liquid, many bubbles at once. NumPy alone; it knows no scheme."""
+"""The Rayleigh-Plesset equation for the radii of many gas bubbles in a liquid, with NumPy and without a scheme."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +24,8 @@ class RayleighPlesset:
     kappa : float      Polytropic exponent [-].
 
     Radii R, R0 [m], wall velocities U [m/s] and pressures far away p_inf [Pa] have shape (bubbles,).
-    Limits: no heat or mass crosses the wall, no sound is radiated, bubbles do not feel each other. Real bubbles are
-    damped by heat and sound 10 to 1000 times more than by viscosity: raise ``mu`` where that matters.
+    Limits: no heat or mass crosses the wall, no sound is radiated, and bubbles do not interact. Heat and sound damp
+    real bubbles 10 to 1000 times more than viscosity; a larger ``mu`` can represent that.
     """
 
     rho: float
@@ -34,7 +34,7 @@ class RayleighPlesset:
     mu: float
     kappa: float
 
-    STEP = 0.1  # of the fastest rate: RK4 then loses 1e-6 of the energy in a period
+    STEP = 0.1  # time step over the shortest time scale, with which RK4 loses 1e-6 of the energy per period
 
     def gas_pressure(self, R, R0):
         """Pressure of the gas [Pa]."""
@@ -55,10 +55,10 @@ class RayleighPlesset:
         return 2.0 * self.mu / (self.rho * R0 * R0)
 
     def advance(self, R, U, R0, p_inf, dt, lower=0.0, upper=np.inf):
-        """State after ``dt`` [s]: (R, U, clamped).
+        """The state after ``dt`` [s]: (R, U, clamped).
 
-        Each bubble takes steps of its own (RK4), as short as its present frequency, velocity and damping ask for. R is
-        held between ``lower`` and ``upper`` times R0, where the wall stops; ``clamped`` tells which bubbles were.
+        Each bubble takes its own steps (RK4), whose length follows from its frequency, velocity and damping. R is
+        limited to ``lower`` to ``upper`` times R0, where the wall stops; ``clamped`` (bubbles,) marks limited bubbles.
         """
         R, U = np.array(R, float), np.array(U, float)
         R0, p_inf = np.broadcast_to(R0, R.shape), np.broadcast_to(p_inf, R.shape)

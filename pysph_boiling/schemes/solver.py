@@ -1,8 +1,8 @@
-"""A PySPH solver that compiles its stages side by side, for the vector unit of the processor, and no stage twice.
+"""A PySPH solver that compiles its stages in parallel, with vector instructions, and shares them between scenes.
 
-PySPH builds one module per stage, one after the other, about 20 s each on a cold cache. Here each is built in a child
-process first; PySPH then finds all of them in its own cache. A module names only the arrays that it uses, so that
-scenes share it that differ elsewhere.
+PySPH builds one module per stage, one after the other, which takes about 20 s each. Here child processes build them
+first, and PySPH then finds all of them in its cache. A module only declares the properties that it uses, so that scenes
+which differ in others share it.
 """
 import functools
 import io
@@ -38,19 +38,19 @@ __all__ = ["StagedSolver", "build_side_by_side", "strip_unused_declarations", "v
 
 NEVER = (-1.0,)  # step at which particles were sorted last
 
-# Sums may be reordered, which a vectorised sum over the neighbours needs; NaN and Inf keep their meaning. -O2 without
+# Vectorised sums over neighbours need reordering, which these flags allow; NaN and Inf keep their meaning. -O2 without
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
 REORDER = ("-O2", "-g0", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fno-math-errno", "-fno-trapping-math",
            "-fno-signed-zeros", "-fassociative-math")
-AVX2 = "-march=x86-64-v3"  # not "native": every processor with AVX2 then computes the same to the last bit
+AVX2 = "-march=x86-64-v3"  # not "native", so that all processors with AVX2 give equal results to the last bit
 AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
 @functools.cache
 def vector_flags():
-    """Compiler flags that vectorise the sums over the neighbours: none where the compiler does not know them.
+    """Compiler flags that vectorise the sums over neighbours, if the compiler supports them.
 
-    Empty too if the user's ``~/.compyle/config.py`` names OpenMP flags, which then are used as they stand.
+    Empty also if the user's ``~/.compyle/config.py`` sets OpenMP flags, which are then used as they are.
     """
     compiler = shlex.split(sysconfig.get_config_var("CC") or "cc")
 
@@ -66,7 +66,7 @@ def vector_flags():
 
 
 def vector_tag():
-    """Ends the names of groups, so that PySPH's cache tells modules apart that differ in their flags alone."""
+    """Suffix for names of groups, so that PySPH's cache distinguishes modules that only differ in compiler flags."""
     flags = vector_flags()
     return f"_{zlib.crc32(' '.join(flags).encode()):08x}" if flags else ""
 
@@ -74,8 +74,8 @@ def vector_tag():
 def strip_unused_declarations(source):
     """The source of a module of PySPH's, whose wrapper of particle arrays declares the arrays that it uses alone.
 
-    PySPH declares every property and constant there is, so that no two scenes with other effects share a module. What
-    is not declared becomes a Python attribute, which only the host reads.
+    PySPH declares all properties and constants, so that scenes with different effects could not share a module. Others
+    become Python attributes, which only the host reads.
     """
     used = set(re.findall(r"\b(?:dst|src)\.(\w+)\.data", source)) | set(re.findall(r"self\.\w+\.(\w+)\[0\]", source))
 
@@ -86,7 +86,8 @@ def strip_unused_declarations(source):
     head, begin, rest = source.partition("cdef class ParticleArrayWrapper:\n")
     wrapper, end, tail = rest.partition("    cdef public str name\n")
     if not end:
-        raise RuntimeError("PySPH's generated wrapper of particle arrays is not as this version of ours knows it")
+        raise RuntimeError("the wrapper of particle arrays that PySPH generates is not the one that this version of "
+                           "pysph_boiling supports")
     wrapper = re.sub(r"    cdef public ((?!Particle)\w+Array) (.*)\n", declared, wrapper)
     return f"{head}{begin}    cdef dict __dict__\n{wrapper}{end}{tail}"
 
@@ -99,7 +100,7 @@ class StrippedHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelpe
 
 
 class VectorModule(CheckedModule):
-    """A module compiled with :func:`vector_flags`, with and without OpenMP."""
+    """A module compiled with :func:`vector_flags`, with or without OpenMP."""
 
     def _get_extra_args(self):
         compile_flags, link_flags = super()._get_extra_args()
@@ -128,10 +129,10 @@ def vectorised():
 def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial", say=CheckedModule.say):
     """Fill PySPH's cache of compiled modules for these equations, ``jobs`` at a time (all cores if not given).
 
-    ``mode`` is "mpi" where sums go over several ranks. ``say`` is told what is compiled, before and after.
+    ``mode`` is "mpi" if the run has several ranks. ``say`` is called with a sentence before and after compiling.
 
-    A failed build is not reported here: PySPH builds again, in the process that can raise the error.
-    Errors: ``OSError`` where the cache cannot be written to.
+    A failed build is not reported here, because PySPH builds again in this process and raises the error.
+    Errors: ``OSError`` if the cache cannot be written to.
     """
     compiler = SPHCompiler(make_acceleration_evals(arrays, equations, kernel, mode), integrator)
     if compiler.backend != "cython" or "fork" not in multiprocessing.get_all_start_methods():
@@ -145,8 +146,8 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="s
         return
     modules[missing[0]].check_writable()
     jobs = min(jobs or os.cpu_count() or 1, len(missing))
-    say(f"compiling {len(missing)} of {len(sources)} stages ({', '.join(names[k] for k in missing)}), "
-        f"{jobs} at a time: 20 to 60 s each, once")
+    say(f"compiling {len(missing)} of {len(sources)} stages of the time step ({', '.join(names[k] for k in missing)}), "
+        f"{jobs} at a time; each takes 20 to 60 s, and later runs reuse it")
     context, start = multiprocessing.get_context("fork"), time.perf_counter()
     waiting = [context.Process(target=build, args=(helpers[k], sources[k]), name=names[k]) for k in missing]
     running = []
@@ -166,17 +167,17 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="s
 
 
 def build(helper, source):
-    """Compile one module in a process of its own, which Ctrl-C ends without a word."""
+    """Compile one module in a child process, which Ctrl-C ends silently."""
     end_on_interrupt()
     VectorModule.announces = False
     helper.compile(source)
 
 
 class StagedSolver(Solver):
-    """PySPH's solver with its modules built side by side.
+    """PySPH's solver, whose modules are built in parallel.
 
-    ``before_output`` is called before each particle file; ``on_domain`` with a periodic domain and the particles, once
-    they are known; ``reach`` is how far neighbour lists reach, in supports; ``say`` is told what is compiled.
+    ``before_output`` is called before each particle file, and ``on_domain`` once with the periodic domain and the
+    particles. ``reach`` is the range of neighbour lists in supports. ``say`` is called with messages on compiling.
     """
 
     before_output = on_domain = writer = None
@@ -184,9 +185,9 @@ class StagedSolver(Solver):
     reach = 1.0
 
     def dump_output(self):
-        """Write a particle file of PySPH's, whole or not at all: made in memory, written aside, renamed.
+        """Write a particle file of PySPH completely or not at all: in memory first, then to a temporary file.
 
-        Errors: ``OSError`` that names the file where it cannot be written. HDF5 itself would crash on a full disk.
+        Errors: ``OSError`` that names the file if it cannot be written. HDF5 itself would crash on a full disk.
         """
         if self.before_output is not None:
             self.before_output()
@@ -199,7 +200,7 @@ class StagedSolver(Solver):
         path, memory = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5", io.BytesIO()
         writer = self.writer = self.writer or ParticleFiles()
         writer.detailed_output, writer.only_real = self.detailed_output, self.output_only_real
-        writer.mpi_comm = self.comm if self.in_parallel else None  # with ranks, the first gathers and writes
+        writer.mpi_comm = self.comm if self.in_parallel else None  # with several ranks, the first gathers and writes
         writer.compress = self.compress_output
         writer.dump(memory, self.particles, self._get_solver_data())
         if ranks.rank() > 0:
@@ -208,13 +209,13 @@ class StagedSolver(Solver):
             with whole(path) as part:
                 part.write_bytes(memory.getbuffer())
         except OSError as error:
-            raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is as it was") from error
+            raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is unchanged") from error
 
     def reorder_particles(self):
-        """Sort the particles in memory: fluids once at a step that is due, what does not move once in a run.
+        """Sort the particles in memory: fluids at steps when it is due, arrays that do not move once per run.
 
-        PySPH asks at every start too, and a run that goes on may have done so already. On a device fluids alone are
-        sorted, and on several ranks none: there they change hands.
+        PySPH also calls this at every start, when a resumed run may have sorted already. On a device only fluids are
+        sorted, and on several ranks no arrays, since particles change ranks.
         """
         fluids = self.integrator.arrays
         due = [pa for pa in fluids if self.count % self.reorder_freq == 0 and self.ordered(pa) != self.count]
@@ -226,7 +227,7 @@ class StagedSolver(Solver):
         for pa in due:
             if "ordered" not in pa.constants:
                 pa.add_constant("ordered", NEVER)
-            pa.constants["ordered"].get_npy_array()[0] = self.count  # in the particle files: state of the run
+            pa.constants["ordered"].get_npy_array()[0] = self.count  # stored in the particle files
         self.integrator.forget_lists()
 
     @staticmethod
@@ -237,13 +238,13 @@ class StagedSolver(Solver):
     def setup(self, particles, equations, nnps, kernel=None, fixed_h=False):
         if nnps.domain.manager.is_periodic and any(pa.gpu is not None for pa in particles) and (
                 set(getattr(self.integrator, "stages", ())) - {"heat"}):
-            raise ValueError("on a device a periodic domain is for conduction at rest: elsewhere PySPH takes ghosts "
-                             "for particles there; leave out --opencl and --cuda")
+            raise ValueError("on a device a periodic domain only works for conduction at rest, because PySPH treats "
+                             "ghosts as particles there; leave out --opencl and --cuda")
         if self.in_parallel and nnps.domain.manager.is_periodic:
-            raise ValueError("a periodic domain needs one rank: PySPH makes no periodic ghosts on several")
+            raise ValueError("a periodic domain needs a single rank: PySPH makes no periodic ghosts on several ranks")
         if self.reach > 1.0:
             if nnps.domain.manager.is_periodic or self.in_parallel or any(pa.gpu is not None for pa in particles):
-                raise ValueError("density.skin > 0 needs the CPU, one rank, and a domain that is not periodic")
+                raise ValueError("density.skin > 0 only works on the CPU, on one rank, and without a periodic domain")
             nnps.radius_scale *= self.reach
             nnps.domain.set_radius_scale(nnps.radius_scale)
         if nnps.domain.manager.is_periodic and self.on_domain is not None:

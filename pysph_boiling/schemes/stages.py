@@ -1,7 +1,7 @@
-"""The order of a step: stages, their groups, and how the terms of the effects fall into place.
+"""The order of a step: the stages and their groups, to which the terms of the effects belong.
 
-``STAGES`` reads like Algorithm 1 of the paper with its loop rotated so that one neighbour search serves it. An effect
-says only to which group a term belongs; the table gives the order. A stage without terms is not built.
+``STAGES`` follows Algorithm 1 of the paper, with its loop rotated so that it needs one neighbour search. An effect only
+says to which group a term belongs, and this table gives the order. A stage without terms is not built.
 """
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +24,7 @@ class Term(NamedTuple):
 
 @dataclass(frozen=True)
 class GroupSpec:
-    """A group: equations that share one neighbour sweep. ``refresh`` names what ghosts need once it has run."""
+    """A group: equations that share one loop over neighbours. ``refresh`` names properties to refresh on ghosts."""
 
     name: str
     meaning: str
@@ -33,8 +33,10 @@ class GroupSpec:
 
 @dataclass(frozen=True)
 class Block:
-    """Groups that run in order: until converged, within the pair of limits (min, max) that ``iterate`` names, or only
-    where the condition holds that ``when`` names.
+    """Groups that run in order.
+
+    ``iterate`` names a pair of limits (min, max) between which they repeat until they have converged, and ``when`` a
+    condition under which they run.
     """
 
     groups: tuple[GroupSpec, ...]
@@ -44,7 +46,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Stage:
-    """One evaluator, that is one compiled module. ``when`` says on which condition a step runs it."""
+    """A stage with its own evaluator, which is one compiled module. ``when`` says under which condition it runs."""
 
     name: str
     when: str
@@ -55,7 +57,7 @@ STAGES = (
     Stage("heat", "n_sub times", (
         Block((
             GroupSpec("temperature", "temperature and conductivity from enthalpy", ("T", "k")),
-            GroupSpec("weights", "shares of the heater's power"),
+            GroupSpec("weights", "weights of the heater's power"),
             GroupSpec("exchange", "conduction, heater, loss, source"),
             GroupSpec("update", "forward Euler step of the enthalpy, and its temperature", ("e", "T")),
         )),
@@ -67,28 +69,28 @@ STAGES = (
         )),
         Block((
             GroupSpec("occupied", "sites that hold a bubble, the nearest site of each particle", ("site", "site_r2")),
-            GroupSpec("choose", "the nearest liquid of each site, and what its vapour would cost"),
-            GroupSpec("absorb", "superheated liquid pays into the nearest site", ("e", "T", "paid")),
-            GroupSpec("emit", "a site that can pay turns the nearest liquid into vapour"),
+            GroupSpec("choose", "the nearest liquid of each site, and the heat to vaporise it"),
+            GroupSpec("absorb", "superheated liquid gives heat to the nearest site", ("e", "T", "paid")),
+            GroupSpec("emit", "a site with enough heat emits a bubble"),
             GroupSpec("become", "the chosen liquid becomes vapour", ("phase", "T", "e")),
         )),
     )),
     Stage("dynamic_nucleation", "enough superheat for one region to fire", (
         Block((
             GroupSpec("held", "latent heat that superheated particles hold", ("held",)),
-            GroupSpec("region", "sensible heat of the region round each superheated particle",
+            GroupSpec("region", "sensible heat of the region around each superheated particle",
                       ("region_heat", "fire_key", "pick_key")),
             GroupSpec("claim", "the strongest region that claims a particle", ("claim",)),
-            GroupSpec("fire", "regions that are the strongest for all members fire, and choose some of them",
+            GroupSpec("fire", "regions with the strongest claim on all members fire, and choose some of them",
                       ("cut", "e_chosen", "e_others")),
             GroupSpec("share", "the chosen become vapour, the others share the rest", ("e", "phase", "T")),
         )),
     )),
-    Stage("bubbles", "some vapour; again if bubbles lost or gained particles by it", (
-        Block((GroupSpec("start", "every particle its own parent", ("grandparent",)),)),
+    Stage("bubbles", "some vapour; again if bubbles have gained or lost particles", (
+        Block((GroupSpec("start", "every particle is its own parent", ("grandparent",)),)),
         Block((
             GroupSpec("snap", "grandparents", ("grandparent",)),
-            GroupSpec("hook", "hook onto the smallest label in reach"),
+            GroupSpec("hook", "hooking onto the smallest label in reach"),
             GroupSpec("shortcut", "pointer jumping"),
             GroupSpec("check", "converged?"),
         ), iterate="label_rounds"),
@@ -98,14 +100,14 @@ STAGES = (
             GroupSpec("interface", "liquid in transition joins the nearest bubble", ("joined",)),
             GroupSpec("pool", "pooled latent heat turns the nearest liquid into vapour", ("e", "phase", "T")),
             GroupSpec("film", "liquid that is itself free surface", ("film",)),
-            GroupSpec("free", "vapour under nothing but film"),
+            GroupSpec("free", "vapour with nothing but film above it"),
         )),
     )),
     Stage("density", "always; once more after the oscillation", (
         Block((
-            GroupSpec("back", "in a short step: where it began, in the container", ("x", "y", "z", "swell")),
-            GroupSpec("before", "in a short step: density there"),
-            GroupSpec("left_over", "in a short step: density error there; forward again", ("x", "y", "z", "swell")),
+            GroupSpec("back", "in a short step: positions at its start, in the container", ("x", "y", "z", "swell")),
+            GroupSpec("before", "in a short step: density at its start"),
+            GroupSpec("left_over", "in a short step: density error at its start; back", ("x", "y", "z", "swell")),
         ), when="short_step"),
         Block((GroupSpec("contact", "predicted positions that lie in a wall", ("x", "y", "z")),)),
         Block((
@@ -113,10 +115,10 @@ STAGES = (
             GroupSpec("correction", "position correction"),
             GroupSpec("move", "the correction applied, containers", ("x", "y", "z", "impulse")),
         ), iterate="sweeps"),
-        Block((GroupSpec("pressure", "pressure that the sweeps made, for the mechanical ledger"),)),
+        Block((GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),)),
     )),
     Stage("oscillation", "some bubble outside its radii", (
-        Block((GroupSpec("push", "what its radius lacks, measured on the host, as a displacement", ("x", "y", "z")),)),
+        Block((GroupSpec("push", "displacement to the target radius, computed on the host", ("x", "y", "z")),)),
     )),
     Stage("forces", "always", (
         Block((
@@ -133,9 +135,9 @@ PLACES = {f"{stage.name}.{spec.name}": stage.name for stage in STAGES for block 
 
 
 def check_places(terms, hooks, conditions):
-    """Raise ``ValueError`` for a place or stage that does not exist, or that nothing is built at.
+    """Raise ``ValueError`` for a place or stage that does not exist, or that has no equations.
 
-    ``terms`` are all of a scheme; ``hooks`` and ``conditions`` map the slot of an effect to its places and stages.
+    ``terms`` are all terms of a scheme; ``hooks`` and ``conditions`` map slots of effects to places and stages.
     """
     for term in terms:
         if term.place not in PLACES:
@@ -158,7 +160,7 @@ def check_places(terms, hooks, conditions):
 
 
 class Hooks(list):
-    """What runs on the host after a group, in order."""
+    """Functions that run on the host after a group, in order."""
 
     def __call__(self):
         for hook in self:
@@ -166,15 +168,15 @@ class Hooks(list):
 
 
 def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
-    """PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
+    """The PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
 
-    ``limits`` maps the name of an iterated block to (min, max), ``conditions`` that of a conditional one to a function
-    of (t, dt); ``hooks(place, spec)`` lists what runs on the host after a group. Groups are named, since PySPH writes
-    the names into the generated source, whose text is the key of its cache; ``tag`` ends them, and says with which
-    flags that source is compiled. ``apart`` maps a place whose terms stand in one group for each owner to what runs
-    after each, called with the owner. Only parents iterate and only sub-groups have hooks or conditions: PySPH compiles
-    nothing else on every backend. A group does all that it does to one array before it turns to the next one, so what
-    neighbours read is written in another group (``tests/unit/test_order.py``).
+    ``limits`` maps the name of an iterated block to (min, max), and ``conditions`` that of a conditional block to a
+    function of (t, dt). ``hooks(place, spec)`` lists the functions that run on the host after a group. Groups have
+    names because PySPH writes them into the generated source, which is the key of its cache; they end with ``tag``,
+    which identifies the compiler flags. ``apart`` maps a place whose terms have one group per owner to a function that
+    is called with the owner after each. Only parent groups iterate, and only sub-groups have hooks or conditions,
+    because other combinations do not compile on every backend. A group finishes one array before it begins the next, so
+    values that neighbours read must be written in another group (``tests/unit/test_order.py``).
     """
     blocks = []
     for number, block in enumerate(stage.blocks):

@@ -1,7 +1,7 @@
-"""The vapour of a state on the host, grouped by bubble: what per-bubble sums and decisions work on.
+"""The vapour particles on the host, grouped by bubble, for sums and decisions per bubble.
 
-Only the vapour subset is touched, so the cost is that of the vapour. Equations label the bubbles and apply what is
-decided; between the two, one number a bubble is all that the host computes, and all that ranks tell each other.
+Only the vapour is read, so the cost grows with its number of particles. Equations label the bubbles and apply the
+decisions; in between, the host computes one number per bubble, and ranks exchange only these.
 """
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -19,9 +19,9 @@ __all__ = ["Vapour", "join_labels", "nearest_image"]
 class Vapour:
     """The real vapour particles of fluid arrays with current labels.
 
-    ``label`` (bubbles,) sorted smallest uids; ``index`` (n,) bubble of each particle; ``n`` (bubbles,) particles. On
-    several ranks particles are those of this rank, bubbles those of all: sums and the like are over all ranks, which
-    must ask for them alike.
+    ``label`` (bubbles,) are the sorted smallest uids, ``index`` (n,) the bubble of each particle, and ``n`` (bubbles,)
+    the numbers of particles. On several ranks, particles are those of this rank, but bubbles those of all ranks: sums
+    go over all ranks, which must all call the methods in the same order.
     """
 
     def __init__(self, arrays):
@@ -29,7 +29,7 @@ class Vapour:
         self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR.value) for pa in self.arrays]
         here, self.first, index, n = np.unique(
             self.get("bubble"), return_index=True, return_inverse=True, return_counts=True)
-        self.label, self.here = ranks.union(here)  # ``here``: where this rank's bubbles stand among all
+        self.label, self.here = ranks.union(here)  # ``here``: indices of this rank's bubbles among all
         self.index = self.here[index]
         self.n = ranks.total(np.bincount(self.here, weights=n, minlength=len(self.label)).astype(int))
 
@@ -41,7 +41,7 @@ class Vapour:
         return np.concatenate([part.get(name) for part in self.parts])
 
     def put(self, name, new, elsewhere=None):
-        """Write a property of the vapour particles; ``elsewhere`` is what all other particles get, if given."""
+        """Set a property of the vapour particles; if given, ``elsewhere`` is the value for all other particles."""
         ends = np.cumsum([len(part) for part in self.parts])[:-1]
         for part, share in zip(self.parts, np.split(np.broadcast_to(new, len(self)), ends)):
             if elsewhere is not None:
@@ -53,13 +53,13 @@ class Vapour:
         return ranks.total(np.bincount(self.index, weights=values, minlength=len(self.label)))
 
     def max(self, values, least=0.0):
-        """Largest per bubble, (bubbles,); ``least`` if all are smaller."""
+        """Largest value per bubble, (bubbles,), but at least ``least``."""
         most = np.full(len(self.label), least)
         np.maximum.at(most, self.index, values)
         return ranks.largest(most)
 
     def of_first(self, values):
-        """Of values (n,) or (n, k), those of the first particle of each bubble, (bubbles,) or (bubbles, k)."""
+        """The values (n,) or (n, k) of the first particle of each bubble, (bubbles,) or (bubbles, k)."""
         found = np.zeros((len(self.label), *np.shape(values)[1:]))
         order = np.full(len(self.label), -ranks.size())
         order[self.here] = -ranks.rank()
@@ -70,8 +70,8 @@ class Vapour:
     def places(self, period):
         """(place, centroid): positions (n, 3) and mean positions (bubbles, 3) [m].
 
-        ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic: positions are
-        taken relative to one member, by the nearest image (a bubble must be shorter than half a period).
+        ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic. Positions are
+        taken relative to one member by the nearest image, so a bubble must be shorter than half a period.
         """
         place = np.stack([self.get(name) for name in ("x", "y", "z")], -1)
         first = self.of_first(place)
@@ -89,10 +89,10 @@ def nearest_image(offset, period):
 
 
 def join_labels(arrays, radius):
-    """Give the parts of a bubble that lie on several ranks one label, the smallest uid of all of them.
+    """Give all parts of a bubble on several ranks the same label, the smallest uid of all of them.
 
-    Each rank has labelled its own parts, and its ghosts carry the labels of their owners. Vapour nearer than ``radius``
-    [m] to vapour of another rank makes a pair of labels; all ranks learn all pairs, and each joins them.
+    Each rank has labelled its own parts, and its ghosts have the labels of their owners. Vapour closer than ``radius``
+    [m] to vapour of another rank gives a pair of labels to join; all ranks get all pairs and join them.
     """
     if ranks.size() == 1:
         return

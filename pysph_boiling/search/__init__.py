@@ -1,6 +1,6 @@
 """A neighbour search for any PySPH application: particles sorted into cells (``docs/search.md``).
 
-This package needs numpy, PySPH and what PySPH needs, and nothing else of ours. In an application::
+This subpackage depends on NumPy and PySPH only, not on the rest of pysph_boiling. In a PySPH application::
 
     def create_nnps(self):
         return search_for(self)

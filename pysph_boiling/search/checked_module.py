@@ -1,7 +1,7 @@
-"""PySPH's cache of compiled modules, checked: what is cut off or foreign is not loaded, but made again.
+"""Checksums for PySPH's cache of compiled modules: an incomplete or foreign module is compiled again, not loaded.
 
-PySPH loads whatever file bears the name of a module. Here each module has its checksum beside it, ``m_HASH.sum``, which
-is also the lock of those who make it: the system takes it from a process that ends, however it ends.
+PySPH loads any file with the name of a module. Here each module has a checksum in a file ``m_HASH.sum`` beside it. This
+file is also the lock for compiling the module; the system releases it when a process ends for any reason.
 """
 import os
 from contextlib import contextmanager, suppress
@@ -13,28 +13,28 @@ from compyle.ext_module import ExtModule, get_platform_dir
 
 try:
     import fcntl
-except ImportError:  # Windows: two first runs at once may make a module twice
+except ImportError:  # on Windows two simultaneous first runs may compile a module twice
     fcntl = None
 
 __all__ = ["CheckedModule"]
 
 
 class CheckedModule(ExtModule):
-    """A compiled module of PySPH's that is loaded only if it is what the compiler made.
+    """A compiled module of PySPH that is loaded only if its checksum is right.
 
-    ``say`` is called with a sentence before it compiles ``what``, if it ``announces`` that, and before it waits for
-    another.
+    ``say`` is called with a sentence before the module is compiled, if ``announces`` is true, and before it waits for
+    another process that compiles it. ``what`` names the module in the sentence.
 
-    Errors: ``OSError`` where the cache cannot be written to and the module is not in it.
+    Errors: ``OSError`` if the module is not in the cache and the cache cannot be written to.
     """
 
     say = staticmethod(partial(print, flush=True))
     announces = True
-    what = "a set of equations: 20 to 60 s"
+    what = "a set of equations, which takes 20 to 60 s"
 
     @classmethod
     def of(cls, source, **options):
-        """The module of a ``source`` where PySPH keeps it; nothing is compiled."""
+        """The module for a ``source`` in PySPH's cache; nothing is compiled."""
         return cls(source, root=os.path.expanduser(os.path.join("~", ".pysph", "source", get_platform_dir())),
                    depends=["pysph.base.nnps_base"], **options)
 
@@ -43,7 +43,7 @@ class CheckedModule(ExtModule):
         return os.path.splitext(self.src_path)[0] + ".sum"
 
     def whole(self):
-        """Whether the module is there, unchanged since it was compiled, for the PySPH that is installed."""
+        """Whether the module exists, is unchanged since it was compiled, and fits the installed PySPH."""
         try:
             found = sha256(Path(self.ext_path).read_bytes()).hexdigest()
             return found == Path(self.sum_path).read_text() and not self._dependencies_have_changed()
@@ -51,7 +51,7 @@ class CheckedModule(ExtModule):
             return False
 
     def check_writable(self):
-        """``OSError`` where nothing can be compiled, before the compiler is started."""
+        """Raise ``OSError`` if the cache cannot be written to, before the compiler is started."""
         with self.open_sum():
             pass
 
@@ -59,15 +59,15 @@ class CheckedModule(ExtModule):
         if self.whole():
             return
         with self._lock() as checksum:
-            if self.whole():  # whoever had the lock has made it
+            if self.whole():  # the process that held the lock has made it
                 return
             if self.announces:
-                self.say(f"compiling {self.what}, once")
+                self.say(f"compiling {self.what}; later runs reuse it")
             checksum.truncate(0)
             checksum.write(f"process {os.getpid()}")
             checksum.flush()
             with suppress(FileNotFoundError):
-                os.unlink(self.ext_path)  # a process that runs it keeps what it has
+                os.unlink(self.ext_path)  # a process that has loaded it keeps its copy
             Path(self.src_path).write_text(self.code, encoding="utf-8")
             self.build(force=True)
             checksum.truncate(0)
@@ -78,7 +78,7 @@ class CheckedModule(ExtModule):
             return open(self.sum_path, "a+", encoding="utf-8")
         except OSError as error:
             raise OSError(f"compiled modules are kept in {self.root}, which cannot be written to ({error.strerror}): "
-                          "set the variable HOME to a folder that can") from error
+                          "set the environment variable HOME to a writable folder") from error
 
     @contextmanager
     def _lock(self):
@@ -89,6 +89,6 @@ class CheckedModule(ExtModule):
                 except BlockingIOError:
                     checksum.seek(0)
                     owner = checksum.read() or "another process"
-                    self.say(f"waiting for {owner}, which compiles the same ({self.name})")
+                    self.say(f"waiting for {owner}, which is compiling the same module ({self.name})")
                     fcntl.flock(checksum, fcntl.LOCK_EX)
             yield checksum

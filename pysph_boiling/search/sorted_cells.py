@@ -1,4 +1,4 @@
-"""The class SortedCellNNPS, compiled when it is first asked for, as PySPH compiles its own modules."""
+"""The class SortedCellNNPS, which is compiled when it is first used, like PySPH's own modules."""
 import functools
 import os
 import shlex
@@ -17,21 +17,21 @@ __all__ = ["SearchModule", "search_for", "sorted_cell_nnps"]
 
 HERE = Path(__file__).parent
 LOADED = {}  # with and without OpenMP -> the class
-EXACT = ("-ffp-contract=off",)  # products and sums rounded one by one, as in PySPH's own search
+EXACT = ("-ffp-contract=off",)  # round products and sums separately, as in PySPH's own search
 HEAD = "# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True\n"
 INCLUDE = 'cdef extern from "sorted_cells.h" nogil:'
 
 
 class SearchModule(CheckedModule):
-    """The search as a compiled module; :meth:`CheckedModule.load` compiles it if it must."""
+    """The search as a compiled module; :meth:`CheckedModule.load` compiles it if necessary."""
 
-    what = "the neighbour search: 10 to 30 s"
+    what = "the neighbour search, which takes 10 to 30 s"
 
     @classmethod
     def make(cls):
         """The module for PySPH's present configuration; nothing is compiled.
 
-        The cache knows a module by its source, so that the source begins with what it is compiled with and for.
+        The cache identifies a module by its source, so the source begins with the compiler, flags and versions.
         """
         flags = exact_flags()
         versions = [f"{name} {metadata.version(name)}" for name in ("pysph", "cyarray", "compyle", "cython", "numpy")]
@@ -41,7 +41,7 @@ class SearchModule(CheckedModule):
 
 
 def source():
-    """The source of the module: Cython, with the loops in C++ in it."""
+    """The source of the module in Cython, with the C++ code of the loops included."""
     header = (HERE / "sorted_cells.h").read_text(encoding="utf-8").replace("\\", "\\\\")
     text = (HERE / "sorted_cell_nnps.pyx").read_text(encoding="utf-8")
     verbatim = "".join(f"    {line}\n" if line else "\n" for line in header.splitlines())
@@ -50,7 +50,7 @@ def source():
 
 @functools.cache
 def compiler():
-    """What the compiler says it is, in one line; empty where it says nothing."""
+    """The first line of the compiler's version; empty if it prints none."""
     command = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
     try:
         told = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout
@@ -61,16 +61,16 @@ def compiler():
 
 @functools.cache
 def exact_flags():
-    """Flags that keep the search exact: none for a compiler that is neither GCC nor Clang, and has no such flag."""
+    """Compiler flags that keep the search exact; none unless the compiler is GCC or Clang."""
     return EXACT if any(name in compiler().lower() for name in ("gcc", "cc ", "clang")) else ()
 
 
 def sorted_cell_nnps(say=None):
-    """The class ``SortedCellNNPS``, with OpenMP if PySPH's configuration has it; compiled once, in 10 to 30 s.
+    """The class ``SortedCellNNPS``, with OpenMP if PySPH's configuration asks for it; compiling takes 10 to 30 s, once.
 
-    ``say`` is told what is compiled; it is printed if not given.
+    ``say`` is called with a sentence before compiling; it is printed if not given.
 
-    Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
+    Errors: ``OSError`` if the module must be compiled and PySPH's cache cannot be written to.
     """
     threaded = bool(get_config().use_openmp)
     if threaded not in LOADED:
@@ -81,9 +81,10 @@ def sorted_cell_nnps(say=None):
 
 
 def search_for(application, say=None):
-    """The search for a PySPH ``Application``: return it from its ``create_nnps``. ``say`` as above.
+    """The neighbour search for a PySPH ``Application``, to be returned from its ``create_nnps``.
 
-    ``None``, which leaves the choice to PySPH, where the application runs on a device.
+    ``say`` is that of :func:`sorted_cell_nnps`. If the application runs on a device, the result is ``None``, so that
+    PySPH makes its own search.
     """
     options, solver = application.options, application.solver
     if options.with_opencl or options.with_cuda:

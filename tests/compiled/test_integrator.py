@@ -249,7 +249,7 @@ def test_run_that_needed_safeguards_says_so(tmp_path, capsys):
              *OPTIONS])
     said = " ".join(capsys.readouterr().out.split())
     assert app.ledger.rows[-1]["n_split"] == 4 and app.ledger.rows[-1]["substeps"] >= 5
-    assert "note: 4 steps were split, since particles would have moved too far in them" in said
+    assert "note: 4 of 4 steps were split into shorter ones" in said
 
 
 def test_what_a_run_warns_of_is_told_once_and_plainly(tmp_path, capfd, monkeypatch):

@@ -491,7 +491,7 @@ def test_pressure_counts_the_liquid_above():
 
 
 @pytest.mark.parametrize(("oscillation", "message"), [
-    (dict(form="rayleigh_plesset", dim=2), "'rayleigh_plesset' needs a scene in 3-D"),
+    (dict(form="rayleigh_plesset", dim=2), "'rayleigh_plesset' needs a 3-D scene"),
     (dict(form="rayleigh_plesset", dim=3, expansion=None), "needs the effect 'expansion': pass expansion=Expansion"),
     (dict(form="relative", dim=2, lower=1.2), "oscillation.lower must be below oscillation.upper, got 1.2 and 1.15"),
 ])
@@ -600,7 +600,7 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
     assert np.sum((fluid.m * fluid.swell)[vapour]) == pytest.approx(volume, rel=1e-2) and np.ptp(swell[vapour]) > 0.1
 
 
-@pytest.mark.filterwarnings("ignore:.*rings once in")
+@pytest.mark.filterwarnings("ignore:.*particles a period of")
 def test_wall_moves_no_faster_than_a_step_allows():
     """In its own time this bubble rings more than once a step: it would collapse and rebound in one."""
     stepper, fluid, bubble = pool(12, 2.6, dim=3, v_exp=1.5, form="rayleigh_plesset", slowdown=1.0, lower=0.05)

@@ -46,7 +46,7 @@ def test_resumed_run_equals_uninterrupted(whole, tmp_path, monkeypatch):
 
 
 def test_file_of_other_effects_is_refused(whole, tmp_path):
-    with pytest.raises(ValueError, match=r"cannot go on with another --phases.kinetic \(it was site, and would become"):
+    with pytest.raises(ValueError, match=r"resumed with another --phases.kinetic \(it was site and would become"):
         SteadyBoiling().run([*SMALL, "--mode", "li_xiao", "--directory", str(tmp_path / "none"), "--restart-file",
                              get_files(str(whole))[3]])
     assert not (tmp_path / "none").exists()

@@ -64,10 +64,10 @@ def test_files(app):
 
 
 @pytest.mark.parametrize(("prop", "change", "message"), [
-    ("e", lambda e: 1.03 * e, "off the exact decay"),
-    ("e", lambda e: np.roll(e, 30), "off the exact"),
-    ("e", lambda e: e + 1e-9 * np.max(e), "energy drifted"),
-    ("x", lambda x: x + 1e-4, "wave is"),
+    ("e", lambda e: 1.03 * e, "the amplitude differs by"),
+    ("e", lambda e: np.roll(e, 30), "from the exact"),
+    ("e", lambda e: e + 1e-9 * np.max(e), "the energy changed"),
+    ("x", lambda x: x + 1e-4, "the wave differs"),
 ])
 def test_final_check_fails_on(app, prop, change, message):
     values = app.particles[0].get(prop)

@@ -44,7 +44,7 @@ def module(folder, source=SOURCE):
 
 def test_module_is_compiled_once(tmp_path, told, compiled):
     assert [module(tmp_path).load() for _ in range(3)] == [f"compiled from {SOURCE}"] * 3
-    assert len(compiled) == 1 and told == ["compiling a set of equations: 20 to 60 s, once"]
+    assert len(compiled) == 1 and told == ["compiling a set of equations, which takes 20 to 60 s; later runs reuse it"]
     assert module(tmp_path).whole() and not module(tmp_path, "other").whole()
 
 
@@ -91,7 +91,7 @@ def test_whoever_comes_second_waits_and_says_for_whom(tmp_path, told, compiled, 
     assert begun.wait(30) and not module(tmp_path).whole()
     monkeypatch.setattr(CheckedModule, "say", staticmethod(lambda sentence: (told.append(sentence), go_on.set())))
     assert module(tmp_path).load() == "compiled by the other" and compiled == []
-    assert told == [f"waiting for process {process.pid}, which compiles the same ({module(tmp_path).name})"]
+    assert told == [f"waiting for process {process.pid}, which is compiling the same module ({module(tmp_path).name})"]
     process.join()
 
 
@@ -120,7 +120,7 @@ def test_home_that_cannot_be_written_to_is_one_message_at_once(tmp_path, monkeyp
     assert cli.main(["run", "heated_slab", "--no-pictures", "-d", str(tmp_path / "run")]) == 2
     err = capsys.readouterr().err
     assert f"compiled modules are kept in {tmp_path}/file/home/.pysph/source/" in err and len(err.splitlines()) == 1
-    assert "which cannot be written to (Not a directory): set the variable HOME to a folder that can" in err
+    assert "which cannot be written to (Not a directory): set the environment variable HOME to a writable" in err
     assert time.perf_counter() - begin < 10.0
 
 

@@ -61,7 +61,7 @@ def test_last_file_is_of_the_dry_vessel_and_is_drawn(dry):
 def test_dry_vessel_goes_on_being_dry(dry, capsys):
     before = load_results(dry)
     assert main([*POT, "--no-pictures", "--directory", str(dry), "--resume"]) == 0
-    assert "the vessel is dry, and the run ended at t = " in said(capsys)
+    assert "when the vessel was dry" in said(capsys)
     after = load_results(dry)
     for name, values in before.items():
         np.testing.assert_array_equal(after[name], values)
@@ -72,7 +72,7 @@ def test_run_goes_on_to_the_same_end_from_a_moment_before(dry, tmp_path, capsys)
     middle = files[len(files) // 2]
     assert read_output(middle)[0]["fluid"].get_number_of_particles() > 0
     assert main([*POT, "--no-pictures", "--directory", str(tmp_path), "--restart-file", str(middle)]) == 0
-    assert "the vessel is dry, and the run ended at t = " in said(capsys)
+    assert "when the vessel was dry" in said(capsys)
     assert load_results(tmp_path)["energy_vented"][-1] == whole["energy_vented"][-1]
 
 

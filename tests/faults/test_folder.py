@@ -71,7 +71,7 @@ def test_file_of_the_user_in_the_way_is_named_and_nothing_is_written(tmp_path, n
 def test_folder_of_another_scene_is_refused(copy, capsys):
     before = {name: (copy / name).read_bytes() for name in names(copy)}
     assert slab(copy) == 2
-    assert "holds a run of dam_break: give this one a folder of its own" in capsys.readouterr().err
+    assert "holds a run of dam_break: choose another folder with --directory" in capsys.readouterr().err
     assert slab(copy, "--resume") == 2
     assert "a run of dam_break cannot go on as heated_slab" in capsys.readouterr().err
     assert {name: (copy / name).read_bytes() for name in names(copy)} == before
@@ -86,7 +86,7 @@ def test_second_run_replaces_the_first_and_says_so(copy, capsys):
     capsys.readouterr()
     assert dam(copy, tf=0.04) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "replaced an earlier run of this scene in" in said and "4 particle files, 9 others" in said
+    assert "removed an earlier run of this scene from" in said and "4 particle files, 9 others" in said
     assert names(copy) == OURS | particle_files(12)
     assert len(load_results(copy)["t"]) == 12
 
@@ -94,7 +94,7 @@ def test_second_run_replaces_the_first_and_says_so(copy, capsys):
 def test_restart_takes_back_what_came_later(copy, capsys):
     (copy / "dam_break_00018_kept.hdf5").write_text("mine")
     assert dam(copy, "--restart-file", output_files(copy)[1], "--viscosity.rate", "9", "--max-steps", "10") == 0
-    assert "replaced what came after t = 0.02 s" in " ".join(capsys.readouterr().out.split())
+    assert "removed the output after t = 0.02 s" in " ".join(capsys.readouterr().out.split())
     assert names(copy) == OURS | particle_files(6) | {"dam_break_00010.hdf5", "dam_break_00018_kept.hdf5"}
     assert dam(copy, "--resume", "--viscosity.rate", "9") == 0
     files, results = output_files(copy), load_results(copy)
@@ -106,7 +106,7 @@ def test_restart_takes_back_what_came_later(copy, capsys):
 def test_resume_keeps_what_is_there(copy, capsys):
     before = names(copy)
     assert dam(copy, "--resume", tf=0.08) == 0
-    assert "replaced" not in capsys.readouterr().out
+    assert "removed" not in capsys.readouterr().out
     assert names(copy) == before | {"dam_break_00024.hdf5"}
 
 

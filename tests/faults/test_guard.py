@@ -42,7 +42,7 @@ def test_run_stops_at_that_step_and_names_the_particle(name, value, tmp_path, mo
     said = " ".join(capsys.readouterr().err.split())
     files = output_files(tmp_path)
     assert f"(step {STEP}) {name} = {value} of particle 17 of 'fluid' at (" in said
-    assert "1 particles in all" in said and f"last good output: {files[-1]}" in said
+    assert "1 particles in all" in said and f"last valid output: {files[-1]}" in said
     assert any(f"{phase};" in said for phase in ("liquid", "transition", "superheated", "vapour"))
     arrays, solver_data = read_output(files[-1])
     assert 0 < int(solver_data["count"]) < STEP and np.isfinite(arrays["fluid"].get(name)).all()

@@ -117,7 +117,7 @@ def test_ctrl_c_ends_between_two_steps_and_the_run_goes_on(whole, tmp_path):
                               env=environment(),
                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as run:
             wait_for(tmp_path, files)
-            assert "--resume goes on from it" in stop(run)
+            assert "--resume continues" in stop(run)
         assert json.loads((tmp_path / "run.json").read_text())["completed"] is False
         t = float(read_output(output_files(tmp_path)[-1])[1]["t"])
         assert load_results(tmp_path)["t"][-1] == pytest.approx(t) and 0.0 < t < 0.7

@@ -108,7 +108,7 @@ def test_files_of_a_run(small_run):
     run = json.loads((folder / "run.json").read_text())
     assert run["completed"] and run["steps"] == small_run.solver.count
     assert run["effects"]["heater"]["temperature"] == {"value": 433.15, "unit": "K"}
-    assert run["facts"]["A (heat against motion)"]["value"] == 1000.0
+    assert run["facts"]["A (heat relative to motion)"]["value"] == 1000.0
     assert all(seconds > 0.0 for stage, seconds in run["wall_time"].items() if stage != "unit")
     assert not list(folder.glob("*.tmp*")), "temporary files are left"
 

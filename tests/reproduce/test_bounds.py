@@ -25,7 +25,7 @@ def test_a_figure_off_either_end_disagrees(measured, agrees):
 
 @pytest.mark.parametrize("ends", [(0.1, math.inf), (-math.inf, 1.0), (1.0, 0.1), (math.nan, 1.0)])
 def test_a_bound_on_one_side_is_refused(ends):
-    with pytest.raises(ValueError, match="bound on both sides"):
+    with pytest.raises(ValueError, match="needs a lower and an upper bound"):
         bound("x", [0.5], *ends)
 
 

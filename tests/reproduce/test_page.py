@@ -99,7 +99,7 @@ def test_page_is_valid_complete_and_alone(sections, tmp_path):
         "data:image/png;", "data:image/gif;", "data:image/png;"]
     text = " ".join(" ".join(page.text).split())
     assert "<b>" not in html and text.count(NASTY) == 8
-    for piece in ("Of 4 statements", "2 agree", "1 disagree", "1 cannot be told", "Fig. 3 Steady boiling", "Table 1",
+    for piece in ("Of 4 statements", "2 agree", "1 disagree", "1 undecided", "Fig. 3 Steady boiling", "Table 1",
                   "Commands (2 runs) pysph-boiling reproduce fig3 run a run b", "n.csv (0.008 kB)",
                   "big.npz (2 MB), in the folder fig3", "Too small.",
                   "Runs made on A & B (x86_64 Linux, 2 cores).", "Finished 2024-05-06.",
@@ -113,7 +113,7 @@ def test_summary_counts_verdicts_and_links(sections, tmp_path):
     nav = html[html.index("<nav>"):html.index("</nav>")]
     rows = re.findall(r"<tr>.*", nav)
     assert [re.sub("<.*?>", " ", row).split() for row in rows] == [
-        "Fig.&nbsp;3 Steady boiling 1 agree , 1 disagree , 1 cannot be told".split(),
+        "Fig.&nbsp;3 Steady boiling 1 agree , 1 disagree , 1 undecided".split(),
         "Fig.&nbsp;14 Superheated particles 1 agree".split(), "Table&nbsp;1 Methods".split()]
     assert [re.search('href="#(.*?)"', row)[1] for row in rows] == ["fig3", "fig14", "table1"]
 
@@ -170,7 +170,7 @@ def test_pictures_show_and_nothing_is_fetched(sections, tmp_path):
     seen, console = browse(write_page(sections, tmp_path, wording=PAPER), tmp_path)
     assert [picture[:2] for picture in seen["pictures"]] == [[3, 2], [1, 1], [5, 4]]
     assert seen["headings"] == ["Fig. 3\nSteady boiling", "Fig. 14\nSuperheated particles", "Table 1\nMethods"]
-    assert seen["verdicts"] == ["agrees", "disagrees", "cannot tell", "agrees"]
+    assert seen["verdicts"] == ["agrees", "disagrees", "undecided", "agrees"]
     assert (console, seen["fetched"]) == ([], [])
 
 

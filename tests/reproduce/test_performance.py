@@ -33,7 +33,7 @@ def test_scenes_that_cost_about_the_same():
     assert [row.agrees for row in rates(costs, quick=False)] == [None, False]
     assert [row.agrees for row in rates(costs, quick=True)] == [None, None]
     why = rates(costs, quick=False)[1].why
-    assert "Post-heating cooling takes 6.50 s a frame in 20 steps, steady boiling 4.00 s" in why
+    assert "Post-heating cooling takes 6.50 s per frame with 20 steps, steady boiling 4.00 s" in why
     assert "2.00 s, is the stage 'heat'" in why
 
 

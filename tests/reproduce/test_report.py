@@ -27,7 +27,7 @@ def test_report_is_amended_figure_by_figure(tmp_path):
     text = path.read_text()
     assert text.index("## Fig. 14") < text.index("## Table 3"), "not in the paper's order"
     assert "First." in text and "Third." in text and "Second." not in text
-    assert "Of 4 statements of the paper, 2 agree, 2 cannot be told." in text and "2 runs, A processor" in text
+    assert "Of 4 statements of the paper, 2 agree, 2 undecided." in text and "2 runs, A processor" in text
     assert not list(path.parent.glob("**/*.mp4"))
     for key, width in (("table3", 40), ("fig14", WIDTH)):
         with Image.open(path.parent / "images" / f"report_{key}.png") as picture:

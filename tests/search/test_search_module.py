@@ -59,7 +59,7 @@ def test_it_says_that_it_compiles(tmp_path, monkeypatch):
     module = sorted_cells.SearchModule(sorted_cells.source(), root=str(tmp_path))
     for _ in range(2):
         module.write_and_build()
-    assert told == ["compiling the neighbour search: 10 to 30 s, once"] and module.whole()
+    assert told == ["compiling the neighbour search, which takes 10 to 30 s; later runs reuse it"] and module.whole()
 
 
 def test_flags_keep_sums_exact_on_compilers_that_know_them(monkeypatch):

@@ -56,7 +56,7 @@ def test_vessel_that_vapour_has_filled_stays_calm(v_exp):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.*nucleation sites are less than")
+@pytest.mark.filterwarnings("ignore:.*nucleation sites are closer than")
 @pytest.mark.parametrize(("sites", "departs"), [(9, False), (7, True)])
 def test_bubbles_depart_from_sites_that_are_far_enough_apart(sites, departs):
     """2.33 and 3.0 spacings apart: none, and 3 to 4 in 3 s."""

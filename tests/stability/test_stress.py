@@ -8,7 +8,7 @@ import pytest
 
 from pysph_boiling.evaluation.stress.case import simulate
 from pysph_boiling.evaluation.stress.cases import all_cases
-from pysph_boiling.evaluation.stress.command import COLUMNS, measure, page, run_all, safeguards, stress
+from pysph_boiling.evaluation.stress.command import COLUMNS, measure, page, run_all, stress
 from pysph_boiling.evaluation.stress.judge import judge, load_bounds
 from pysph_boiling.report import markdown
 
@@ -83,10 +83,3 @@ def test_a_case_runs_after_one_with_two_threads():
     simulate(case, 2)
     (row,) = run_all([(case, 2)], BOUNDS, 1, print)
     assert row.steps == 2 and row.verdict == "passes"
-
-
-def test_safeguards_report_when_they_acted():
-    from types import SimpleNamespace
-
-    table = {"n_limited": [0.0, 3.0], "n_projected": [0.0, 0.0], "heat_subcycles": [1.0, 40.0, 2.0]}
-    assert safeguards(SimpleNamespace(table=table)) == "limiter 3, heat steps 40"

@@ -40,7 +40,7 @@ COMMANDS = [
     ("run dam_brek", "no scene 'dam_brek'; did you mean 'dam_break'? There are: bubble_"),
     ("rnu dam_break", "no command 'rnu'; did you mean 'run'?"),
     ("validate --jobs 0", f"--jobs must be 1 to {os.cpu_count()}, got 0"),
-    ("run dam_break --width 0.001", "particle array 'fluid' is empty: a scene needs at least one particle"),
+    ("run dam_break --width 0.001", "particle array 'fluid' is empty: it needs at least one particle"),
     ("run steady_boiling --seed -1", "--seed must be >= 0, got -1"),
     ("run steady_boiling --superheat 300", "--superheat must be <= 250.0 K, got 300.0 K"),
     ("run steady_boiling --subcooling 400", "--subcooling must be <= 80.0 K, got 400.0 K"),
@@ -50,25 +50,25 @@ COMMANDS = [
     ("run dam_break --heat", "unrecognized arguments: --heat"),
     ("run dam_break --viscosity.thickness 3", "unrecognized arguments: --viscosity.thickness"),
     ("run dam_break --viscosity.rate -1", "--viscosity.rate must be >= 0.0 1/s, got -1.0 1/s"),
-    ("run dam_break --container.lower 1,2", "--container.lower and --container.upper must hold three lengths [m]"),
+    ("run dam_break --container.lower 1,2", "--container.lower and --container.upper must each be three lengths [m]"),
     ("run dam_break --container.lower 9,0,0", "container: lower x must be below upper x, got 9.0 and 3.75 m"),
     ("run dam_break --no-density", "effect 'container' (BoxContainer) needs the effect 'density': add --density, or "
      "take 'container' out with --no-container"),
     ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': add --heat, or take "
      "'heater' out with --no-heater"),
     ("run steady_boiling --cohesion.radius 5", "--cohesion.radius must be <= 2.4 spacings (the support of the kernel)"),
-    ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, the effects need 5"),
+    ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, but the effects need 5"),
     ("run superheat_sites --flat --expansion.v-exp 4",
      "--expansion.v-exp must be below 3.166 for a particle of 0.003832 kg and a smoothing length of 0.0024 m, got 4"),
     ("run geyser --flat --v-exp 3.5", "--expansion.v-exp must be below 3.166"),
     ("run explosive_boiling --expansion.v-exp 4 --oscillation.form rayleigh_plesset",
      "--expansion.v-exp times the cube of --oscillation.upper must be below 5.433"),
     ("run dam_break --source", "unrecognized arguments: --source"),
-    ("run steady_boiling --source", "source: give its power density [W/m^3] (--source.density)"),
+    ("run steady_boiling --source", "source: the power density --source.density [W/m^3] must be given"),
     ("run steady_boiling --venting.T-feed 380", "--venting.T-feed must be <= T_sat = 373.15 K, got 380.0 K"),
-    ("run dam_break --viscosity.rate 1e9", "the effect 'viscosity' evens out velocities at 1e+09 1/s: lower its rate"),
-    ("run steady_boiling --viscosity.wall 1e7", "the effect 'viscosity' evens out velocities at"),
-    ("run steady_boiling --drag.rate 1e9", "the effect 'drag' evens out velocities at 1e+09 1/s: lower its rate"),
+    ("run dam_break --viscosity.rate 1e9", "the effect 'viscosity' has a rate of 1e+09 1/s: lower its rate"),
+    ("run steady_boiling --viscosity.wall 1e7", "the effect 'viscosity' has a rate of"),
+    ("run steady_boiling --drag.rate 1e9", "the effect 'drag' has a rate of 1e+09 1/s: lower its rate"),
     ("run dam_break --density.longest-step 1e-5", "more than 1000; --density.longest-step = 1e-05 t* allows no more"),
     ("run steady_boiling --source --source.density -2e9 --seed -1", "--seed must be >= 0, got -1.0"),
     ("run dam_break --container.lower -1e-2,0,0 --seed -1", "--seed must be >= 0, got -1.0"),
@@ -76,7 +76,7 @@ COMMANDS = [
      "--preset-nucleation.attraction-radius and --adhesion.radius must be at most 2.4"),
     ("run steady_boiling --expansion --expansion.ramp 1", "--expansion.ramp must be >= 2.0, got 1.0"),
     ("run dam_break --frame 1e-300", "s in steps of 1e-300 s are"),
-    ("run steady_boiling --timestep 1e-15", "more than 2147483648: take longer steps or frames, a shorter --duration"),
+    ("run steady_boiling --timestep 1e-15", "more than 2147483648: use longer steps or frames, a shorter --duration"),
     # contradictions
     ("run dam_break --no-container --container.margin 0.3", "--no-container and --container.margin contradict"),
     ("run dam_break --container.radius 1", "box container has no parameter radius"),
@@ -84,17 +84,17 @@ COMMANDS = [
     ("run steady_boiling --heater.flux 1 --heater.temperature 400", "exactly one of temperature [K] and flux [W/m^2]"),
     ("run dam_break --timestep 1e-3 --substeps 2", "--timestep and --substeps contradict each other"),
     # PySPH's own options
-    ("run dam_break --nnps sfc", "argument --nnps: 'sfc' gives wrong neighbours where they are cached"),
+    ("run dam_break --nnps sfc", "argument --nnps: 'sfc' gives wrong neighbours when they are cached"),
     ("run dam_break --nnps x", "argument --nnps: 'x' is not one of sorted, ll, box"),
     ("run dam_break --results-every 0", "--results-every must be >= 1 step, got 0"),
     ("run dam_break --pfreq 0", "--pfreq must be >= 1 step, got 0"),
     ("run dam_break --timestep 0", "--timestep must be > 0 s, got 0.0 s"),
     ("run dam_break --timestep nan", "--timestep must be > 0 s, got nan s"),
     ("run dam_break --loglevel x", "--loglevel must be one of debug, info, warning, error, critical, none; got 'x'"),
-    ("run dam_break --restart-file nowhere.hdf5", "--restart-file: no file nowhere.hdf5"),
+    ("run dam_break --restart-file nowhere.hdf5", "--restart-file: there is no file nowhere.hdf5"),
     ("run explosive_boiling --preset-nucleation", "preset_nucleation: preset sites need a particle array of sites: "
-     "this scene has none, so take 'preset_nucleation' out with --no-preset-nucleation"),
-    ("run steady_boiling --storage", "liquid must not store it: give --phases.kinetic never, as --mode li_xiao does"),
+     "this scene has none, so leave 'preset_nucleation' out with --no-preset-nucleation"),
+    ("run steady_boiling --storage", "liquid must not store any: give --phases.kinetic never, as --mode li_xiao does"),
     ("run bubble_rise --no-expansion --oscillation.form rayleigh_plesset", "--oscillation.form = 'rayleigh_plesset' "
      "needs the effect 'expansion': add --expansion, or choose another form"),
 ]
@@ -182,10 +182,10 @@ def test_sites_from_which_no_bubble_departs_are_told(dim, least):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sites(least)
-    with pytest.warns(UserWarning, match=f"2 of 3 nucleation sites are less than {least:g} spacings from another, the "
-                      "nearest 2.5: .* no bubble departs; take fewer sites"):
+    with pytest.warns(UserWarning, match=f"2 of 3 nucleation sites are closer than {least:g} spacings to another, the "
+                      "closest 2.5: .* no bubble departs; use fewer sites"):
         sites(2.5)
-    with pytest.warns(UserWarning, match="2 of 3 nucleation sites .* the nearest 1.5"):
+    with pytest.warns(UserWarning, match="2 of 3 nucleation sites .* the closest 1.5"):
         sites(5.0, period=21.5)
 
 
@@ -193,7 +193,7 @@ def test_crowded_base_of_a_scene_is_told():
     p = SteadyBoiling.Parameters(**{**SteadyBoiling.variants["flat"], "width": 30, "sites": 9})
     scene = SteadyBoiling()
     scheme = scene.make_scheme(p)
-    with pytest.warns(UserWarning, match="9 of 9 nucleation sites .* the nearest 2.33: their vapour may join"):
+    with pytest.warns(UserWarning, match="9 of 9 nucleation sites .* the closest 2.33: their vapour may merge"):
         scheme.setup_properties(scene.make_particles(p, scheme))
 
 
@@ -251,7 +251,7 @@ def test_vapour_that_has_filled_its_container_swells_no_further():
     room.post_step(solver)
     assert list(fluid.swell[:3]) == [3.0, 3.0, 1.0]
     fluid.swell[2] = 2.0
-    with pytest.warns(UserWarning, match=r"t = 0.501 s vapour has filled its container of 0.002 m\^2: it swells no"):
+    with pytest.warns(UserWarning, match=r"t = 0.501 s vapour has filled its container of 0.002 m\^2, so its expa"):
         room.post_step(solver)
     np.testing.assert_allclose(fluid.swell[:3], [2.6, 2.6, 1.8], rtol=1e-12)  # four of the five places gained
     assert np.sum(fluid.m * fluid.swell) == pytest.approx(scheme.rho0 * 20 * DX**2, rel=1e-12)
@@ -273,8 +273,8 @@ def test_sites_without_the_name_of_an_array():
 
 
 @pytest.mark.parametrize(("more", "message"), [
-    ("fluids", "bubbles: labels need all liquid and vapour in one fluid array"),
-    ("sites", "preset_nucleation: put all preset sites into one array"),
+    ("fluids", "bubbles: all liquid and vapour must be in one fluid array"),
+    ("sites", "preset_nucleation: all preset sites must be in one array"),
 ])
 def test_what_must_be_one_array(more, message):
     """Labels and the nearest site are looked for within an array; two would be wrong without a word."""
@@ -317,8 +317,8 @@ def test_temperature_is_refused(T):
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=-1.0), "spacing must be > 0 m, got -1.0 m"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=np.nan), "spacing must be > 0 m, got nan m"),
     (lambda: BoilingScheme([], [], dim=2, spacing=DX), "needs the name of at least one fluid array"),
-    (lambda: BoilingScheme(["a", "a"], [], dim=2, spacing=DX), "the particle array 'a' is named twice"),
-    (lambda: BoilingScheme(["a"], ["b"], dim=2, spacing=DX, sites=["b"]), "the particle array 'b' is named twice"),
+    (lambda: BoilingScheme(["a", "a"], [], dim=2, spacing=DX), "the particle array 'a' must not be named twice"),
+    (lambda: BoilingScheme(["a"], ["b"], dim=2, spacing=DX, sites=["b"]), "array 'b' must not be named twice"),
     (lambda: BoilingScheme("fluid", [], dim=2, spacing=DX), "fluids must be a list of names of .*, got 'fluid'"),
     (lambda: BoilingScheme(["fluid"], [1], dim=2, spacing=DX), r"solids must be a list of names of .*, got \[1\]"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, gravity=(0, 1)), "gravity must be three finite"),
@@ -339,7 +339,7 @@ def test_temperature_is_refused(T):
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, viscos=None),
      "no effect in BoilingScheme: 'viscos'; did you mean 'viscosity'"),
     (lambda: BoilingScheme(["fluid"], [], dim=2, spacing=DX, kernel=CubicSpline(dim=3)),
-     "the kernel must be one of 2 dimensions, as the scheme; got 3"),
+     "the kernel must have 2 dimensions like the scheme, got 3"),
     (lambda: DamBreakParameters(dim=2.0), "scene.dim must be one of 2, 3; got 2.0"),
     (lambda: Buoyancy(form="papper"), "buoyancy.form must be one of .*; got 'papper'; did you mean 'paper'"),
     (lambda: Venting().replaced(mod="lid"), "has no parameter mod; did you mean 'mode'"),

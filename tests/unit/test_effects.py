@@ -208,7 +208,7 @@ def test_missing_effect_is_named(slot, needed):
     (lambda: Drag().replaced(speed=1.0), "drag between phases has no parameter speed"),
     (lambda: Heater(temperature=400.0, flux=1e4), r"exactly one of temperature \[K\] and flux \[W/m\^2\]"),
     (lambda: Heater(), r"exactly one of temperature \[K\] and flux \[W/m\^2\]"),
-    (lambda: BoxContainer(lower=(0.0, 0.0)), "must hold three lengths"),
+    (lambda: BoxContainer(lower=(0.0, 0.0)), "must each be three lengths"),
 ])
 def test_refused(build, message):
     with pytest.raises(ValueError, match=message):
@@ -234,9 +234,9 @@ def test_value_beyond_its_bound_is_refused(cls, spec, bound):
 # --- warnings ---------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("effects", "kwargs", "message"), [
-    (sets.BOIL, dict(dt=3e-3), r"cohesion.strength g dt\^2/spacing = 0.044 is above 0.025: bubbles stir the "
-     "liquid; use a shorter step or less cohesion"),
-    (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy: without gravity it does nothing"),
+    (sets.BOIL, dict(dt=3e-3), r"cohesion.strength g dt\^2/spacing = 0.044 is above 0.025, so bubbles at "
+     "rest may stir the liquid; use a shorter time step or less cohesion"),
+    (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy has no effect without gravity"),
 ])
 def test_warnings(effects, kwargs, message):
     with pytest.warns(UserWarning, match=message):

@@ -34,7 +34,7 @@ def test_lean_sums_serve_where_masses_and_smoothing_lengths_are_uniform():
     made, built = build()
     asked_for = {type(term.equation) for term in made.terms()}
     assert {LEAN[cls] for cls in asked_for & set(LEAN)} <= built and not built & set(LEAN)
-    assert "lean sums: equations named ...Lean" in made.describe() and "PBFDensityLean" in made.describe()
+    assert "lean sums are used: the equations named ...Lean" in made.describe() and "PBFDensityLean" in made.describe()
 
 
 @pytest.mark.parametrize(("change", "why"), [
@@ -46,7 +46,7 @@ def test_general_equations_serve_where_arrays_are_not_uniform(change, why):
     """Arrays are looked at when the scheme is built, so that what a run that goes on has read counts too."""
     made, built = build(change)
     assert not any(issubclass(cls, LeanSum) for cls in built)
-    assert f"no lean sums: {why}" in made.describe()
+    assert f"lean sums are not used: {why}" in made.describe()
 
 
 def test_masses_of_walls_may_differ():
@@ -56,7 +56,7 @@ def test_masses_of_walls_may_differ():
 
 def test_lean_sums_can_be_turned_off():
     made, built = build(lean=False)
-    assert not any(issubclass(cls, LeanSum) for cls in built) and "no lean sums: as asked" in made.describe()
+    assert not any(issubclass(cls, LeanSum) for cls in built) and "lean sums are not used: as asked" in made.describe()
 
 
 @pytest.mark.parametrize(("arguments", "wanted"), [([], True), (["--no-lean"], False)])

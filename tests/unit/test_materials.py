@@ -62,14 +62,14 @@ def _superheat(dim):
 
 
 @pytest.mark.parametrize("pattern, value", [
-    (r"steam bubble of 4 mm rings ([\d,]+)",  # Minnaert, of the bubble's gas at 1.33
+    (r"steam bubble of 4 mm (?:oscillates|rings) ([\d,]+)",  # Minnaert, of the bubble's gas at 1.33
      math.sqrt(3 * 1.33 * ATMOSPHERE / WATER_1ATM.rho_l) / (2 * math.pi * 4e-3)),
     (r"L/c_v (?:= |\()([\d,]+) K", WATER_1ATM.L / WATER_1ATM.c_v),
     (r"L/c_l (?:= |\()([\d,]+) K", WATER_1ATM.L / WATER_1ATM.c_l),
     (r"m_p L[:;] (\d+) K of superheat in 3-D", _superheat(3)),
     (r"in 3-D, (\d+) K \(past the critical point\) in 2-D", _superheat(2)),
-    (r"(\d+) K for the 33 within 2 spacings", _superheat(3)),
-    (r"and (\d+) K, past the critical point, for the 13", _superheat(2)),
+    (r"(\d+) K for the 33 particles within 2 spacings", _superheat(3)),
+    (r"and (\d+) K, which is beyond the critical point, for the 13", _superheat(2)),
     (r"density ratio of (\d+)", WATER_1ATM.rho_l / WATER_1ATM.rho_v),
     (r"water at 1 atm: (\d+)\)", WATER_1ATM.rho_l / WATER_1ATM.rho_v),
 ])

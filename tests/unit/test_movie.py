@@ -81,8 +81,8 @@ def test_bad_requests_are_named(pictures, tmp_path):
     other = tmp_path / "other.png"
     Image.new("RGB", (50, 50)).save(other)
     for paths, name, options, message in (
-            (pictures, "m.avi", {}, "a .gif or an .mp4"), ([], "m.gif", {}, "at least one picture"),
-            ([*pictures, other], "m.mp4", {}, r"one size; got 101 x 75 \(p0.png\), 50 x 50 \(other.png\)"),
+            (pictures, "m.avi", {}, "must end in .gif or .mp4"), ([], "m.gif", {}, "at least one picture"),
+            ([*pictures, other], "m.mp4", {}, r"the same size, got 101 x 75 \(p0.png\), 50 x 50 \(other.png\)"),
             (pictures, "m.mp4", {"fps": 0}, "fps must be > 0")):
         with pytest.raises(ValueError, match=message):
             write_movie(paths, tmp_path / name, **options)
@@ -102,7 +102,7 @@ def test_a_movie_that_fails_leaves_the_earlier_one(pictures, tmp_path, suffix):
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    (["--movie", "mp4"], "no ffmpeg to write an mp4: No ffmpeg exe could be found; a gif needs none"),
+    (["--movie", "mp4"], "there is no ffmpeg to write an mp4: No ffmpeg exe could be found; a gif does not need it"),
     (["--movie", "gif", "--fps", "0"], "fps must be > 0, got 0.0"),
     (["--movie", "gif", "--fps", "nan"], "fps must be > 0, got nan"),
 ])

@@ -34,7 +34,7 @@ def test_energies_of_two_dimensions_are_for_a_metre_of_depth(tmp_path, monkeypat
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: labels.extend(
         axes.get_ylabel() for axes in figure.axes))
     plot_history(BOIL, tmp_path / "history.png", dim=dim)
-    assert [label for label in labels if "[J" in label] == [f"energy {unit}", f"work since start {unit}"]
+    assert [label for label in labels if "[J" in label] == [f"energy {unit}", f"work since the start {unit}"]
 
 
 def test_full_history_has_every_panel_and_leaves_no_trace(tmp_path):

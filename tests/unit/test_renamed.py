@@ -112,5 +112,5 @@ def test_record_with_old_names_is_compared_under_the_new_ones(scene):
     assert compare(application, record, 1.0) == []
     if "density" in record["effects"]:
         record["effects"]["density"]["longest"]["value"] = 0.1
-        with pytest.raises(ValueError, match=r"--density.max-displacement \(it was 0.1, and would become 0.5\)"):
+        with pytest.raises(ValueError, match=r"--density.max-displacement \(it was 0.1 and would become 0.5\)"):
             compare(application, record, 1.0)

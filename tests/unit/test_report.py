@@ -32,7 +32,7 @@ def test_every_command_takes_the_same_flags(command, capsys):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     *(([command, "--markdown", "a.md"], "--markdown is called --report now") for command in COMMANDS),
-    *(([command, "--report", "a.html"], "reports are Markdown, --report FILE.md; got 'a.html'")
+    *(([command, "--report", "a.html"], "reports are Markdown files, --report FILE.md; got 'a.html'")
       for command in COMMANDS),
     *(([command, "--quick", "--report", "a.md"], "leave out --quick") for command in ("reproduce", "accuracy")),
     (["validate", "--directory", "docs"], "--directory is called --report FILE.md now")])

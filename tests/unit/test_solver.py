@@ -74,5 +74,5 @@ cdef class ParticleArrayWrapper:
                           ("    cdef public IntArray phase\n", "")):
         wanted = wanted.replace(before, after)
     assert solver.strip_unused_declarations(source) == wanted
-    with pytest.raises(RuntimeError, match="generated wrapper"):
+    with pytest.raises(RuntimeError, match="the wrapper of particle arrays"):
         solver.strip_unused_declarations("nothing of the kind")

@@ -216,7 +216,7 @@ def test_windows_are_closed(tmp_path):
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"dim": 2}, "three dimensions"), ({"colour": "speed"}, "'bubble' or not given"), ({"spacing": 0.0}, "spacing"),
+    ({"dim": 2}, "three dimensions"), ({"colour": "speed"}, "'bubble' or left out"), ({"spacing": 0.0}, "spacing"),
 ])
 def test_bad_requests_are_named(tmp_path, options, message):
     arguments = {"dim": 3, "spacing": DX, **options}

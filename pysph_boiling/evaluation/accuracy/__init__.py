@@ -1,1 +1,1 @@
-"""What accuracy costs in time: the command ``pysph-boiling accuracy``."""
+"""The command ``pysph-boiling accuracy``, which measures how much computing time a given accuracy takes."""

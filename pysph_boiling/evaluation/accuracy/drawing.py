@@ -1,4 +1,4 @@
-"""Plots of a study: error over cost with its front, and the trends along which orders are fitted."""
+"""Plots of a study: error over cost with the Pareto front, and the trends to which orders are fitted."""
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
@@ -9,12 +9,12 @@ from pysph_boiling.report.sections import Picture
 
 __all__ = ["draw_front", "draw_orders"]
 
-FLOOR = 1e-17  # drawn in place of an exact zero, which a log axis has no room for
+FLOOR = 1e-17  # drawn in place of an exact zero, which a logarithmic axis cannot show
 COLOURS = (ORANGE, GREEN, PURPLE, BLUE)
 
 
 def draw_front(findings, path):
-    """Error over cost: all points, the front numbered as in its table, the presets; returns the :class:`Picture`."""
+    """Draw error over cost: all points, the numbered front and the presets; returns the :class:`Picture`."""
     rows = findings.rows
     cost, error, noise = (np.array([getattr(row, name) for row in rows]) for name in ("cost", "error", "spread"))
     error = np.maximum(error, FLOOR)
@@ -32,13 +32,13 @@ def draw_front(findings, path):
         ax.set(xscale="log", yscale="log", xlabel="wall seconds per simulated second", ylabel="error [-]",
                title=findings.study.title)
         ax.legend()
-    return Picture(path.name, f"{findings.study.what[:1].upper()}{findings.study.what[1:]}, over wall time. The front, "
-                   "numbered as in the table, joins the points that no other beats in both; bars are the range of the "
-                   "repeats.")
+    return Picture(path.name, f"{findings.study.what[:1].upper()}{findings.study.what[1:]}, over wall time. The line "
+                   "is the Pareto front, numbered as in the table: no other point is better in both error and cost. "
+                   "Bars show the range of the repeats.")
 
 
 def draw_orders(findings, points, path):
-    """Errors along each trend with the fitted order; returns the :class:`Picture`."""
+    """Draw the errors along each trend with the fitted order; returns the :class:`Picture`."""
     with plot(path, height=3.6) as ax:
         for colour, trend in zip(COLOURS, findings.study.trends):
             h, values = map(np.array, trend_points(findings.study, trend, points))
@@ -49,6 +49,6 @@ def draw_orders(findings, points, path):
                 level = np.exp(np.nanmean(np.log(np.maximum(values, FLOOR)) - found.order * np.log(h)))
                 line = np.geomspace(h.min(), h.max(), 20)
                 ax.plot(line, level * line**found.order, "-", color=colour, linewidth=1.0)
-        ax.set(xscale="log", yscale="log", xlabel="step or spacing, over the largest", ylabel="error [-]")
+        ax.set(xscale="log", yscale="log", xlabel="step or spacing, relative to the largest", ylabel="error [-]")
         ax.legend()
-    return Picture(path.name, "Observed orders of convergence: least squares in log-log.")
+    return Picture(path.name, "Observed orders of convergence, by a least-squares fit of the logarithms.")

@@ -1,7 +1,7 @@
-"""What is swept: for each problem the settings, each alone and together where they trade.
+"""The settings that are varied for each problem, alone, and together where one can compensate for another.
 
-A setting is a dictionary of field -> value; ``density.omega`` names the field of an effect. Problems are imported when
-they are asked for, since each brings its scene along.
+A setting is a dictionary field -> value; ``density.omega`` is the field of an effect. Problems are imported only when
+they are needed, since each imports its scene.
 """
 import itertools
 from dataclasses import dataclass, fields, replace
@@ -24,22 +24,22 @@ def together(*axes):
 
 
 def fixed_sweeps(*counts):
-    """Density sweeps that are always done, whatever their residual."""
+    """Settings with a fixed number of density sweeps, independent of the residual."""
     return [{"density.min_sweeps": n, "density.max_sweeps": n, "density.tolerance": 0.0} for n in counts]
 
 
 def unguarded(*settings):
-    """The settings without what comes to the help of a step that is too long: no parts, no sweeps beyond the asked."""
+    """The settings without the safeguards of long steps: steps are not split, and no extra sweeps are made."""
     return tuple({**one, "density.longest_step": 1.0, "density.max_mean_error": 1.0} for one in settings)
 
 
 def until(*tolerances, most=60):
-    """Density sweeps until the residual is reached, ``most`` at the most."""
+    """Settings with density sweeps until the residual reaches each tolerance, at most ``most`` sweeps."""
     return [{"density.max_sweeps": most, "density.tolerance": tolerance} for tolerance in tolerances]
 
 
 def changed(problem, settings):
-    """The problem with settings applied. Raises ``TypeError`` for a field that it does not have."""
+    """The problem with the settings applied. Raises ``TypeError`` for a field that it does not have."""
     own, inner = {}, {}
     for name, value in settings.items():
         head, _, tail = name.partition(".")
@@ -58,7 +58,7 @@ NAMES = {"dt_factor": "step/t*", "density.omega": "omega", "density.chebyshev_ra
 
 
 def describe_settings(settings):
-    """Settings in words; what is not named is as in the problem's own default."""
+    """The settings in words; all others have the default of the problem."""
     if not settings:
         return "default settings"
     left, words = dict(settings), []
@@ -83,10 +83,10 @@ def describe_settings(settings):
 
 @dataclass(frozen=True)
 class Trend:
-    """A sequence of points along which an order of convergence is fitted.
+    """A sequence of points to which an order of convergence is fitted.
 
-    ``parameter`` is the field that is refined; error goes with it (``finer`` "smaller") or with its inverse
-    ("larger"). ``points`` are settings; ``error`` that of the study if not given.
+    ``parameter`` is the field that is refined, by ``finer`` "smaller" or "larger" values. ``points`` are settings.
+    ``error`` is the error of the study if not given.
     """
 
     name: str
@@ -98,14 +98,14 @@ class Trend:
 
 @dataclass(frozen=True)
 class Study:
-    """A problem and what is swept of it.
+    """A problem and the settings that are varied.
 
-    ``error`` names the error over which the front is drawn, ``what`` says what it is; ``finest``, if given, are the
-    settings of the run that the others are compared with, and ``error`` then names one of its facts. ``knobs`` maps a
-    name to settings. A problem with a density constraint is run with every preset, too, unless ``presets`` is false.
-    ``others`` are the errors that tables show beside it; all, if not given. Points that differ from ``problem`` in a
-    field of ``apart`` are no competitors on the front: the error does not tell what they save. ``note`` goes with the
-    problem's title.
+    ``error`` is the name of the error of the front and ``what`` describes it. If ``finest`` is given, these are the
+    settings of the reference run, and ``error`` is the name of a fact that is compared with it. ``knobs`` maps a name
+    to settings. A problem with a density constraint also runs with every preset, unless ``presets`` is false.
+    ``others`` are further errors for the tables, all if not given. Points that differ from ``problem`` in a field of
+    ``apart`` are left out of the front, because the error does not show the effect of that field. ``note`` is added to
+    the title of the problem.
     """
 
     key: str
@@ -121,16 +121,16 @@ class Study:
     note: str = ""
 
     def competes(self, problem):
-        """Whether a point may stand on the front."""
+        """Whether a point may be on the front."""
         return all(getattr(problem, name) == getattr(self.problem, name) for name in self.apart)
 
     @property
     def title(self):
-        """Title of the problem, and what tells studies of one problem apart."""
+        """Title of the problem with the note that distinguishes several studies of it."""
         return f"{self.problem.title}{f', {self.note}' if self.note else ''}"
 
     def settings(self):
-        """Every setting once, with the names of the knobs that it belongs to: list of (settings, names)."""
+        """All settings without repetition, each with the names of its knobs: list of (settings, names)."""
         found = {}
         rows = [("default settings", {}), *([("finest", self.finest)] if self.finest is not None else []),
                 *((name, one) for name, many in self.knobs.items() for one in many),
@@ -143,13 +143,13 @@ class Study:
         return list(found.values())
 
     def preset_points(self):
-        """Name -> problem, of the presets that the problem can be run with."""
+        """Name -> problem for each preset that applies to the problem."""
         if not self.presets or "density" not in {spec.name for spec in fields(self.problem)}:
             return {}
         return {name: replace(self.problem, **preset.settings()) for name, preset in QUALITIES.items()}
 
     def problems(self):
-        """Every problem to run, each once."""
+        """All problems to run, without repetition."""
         every = [changed(self.problem, settings) for settings, _ in self.settings()]
         return list(dict.fromkeys([*every, *self.preset_points().values()]))
 
@@ -207,7 +207,7 @@ def hydrostatic(dim, quick):
 
 
 def dam_break(quick):
-    """Against the experiments."""
+    """Comparison with the experiments."""
     from pysph_boiling.evaluation.problems.dam_break import DamBreak
 
     what = "largest distance of the front from the range of the experiments"
@@ -225,18 +225,18 @@ def dam_break(quick):
 
 
 def dam_break_itself(quick):
-    """The same runs against the finest of them: what the settings do, whatever the model does."""
+    """Comparison of the same runs with the finest of them, which shows the numerical error alone."""
     study = dam_break(quick)
     knobs = {name: settings for name, settings in study.knobs.items() if name != "spacing"}
     return replace(study, key="dam_break_itself", error="front_at_2", note="numerical settings", knobs=knobs,
-                   what="front at t sqrt(g/H) = 2 against that with the smallest time step and the most sweeps",
+                   what="difference of the front at t sqrt(g/H) = 2 from the run with the finest settings",
                    finest=dict(fixed_sweeps(8 if quick else 16)[0], dt_factor=0.035 if quick else 0.0175))
 
 
 def bubble_rise(quick):
     from pysph_boiling.evaluation.problems.bubble_rise import BubbleRise
 
-    what = "speed against that of the smallest time step with the most sweeps"
+    what = "difference of the speed from that of the run with the finest settings"
     if quick:
         small = BubbleRise(cells=5.0, starts=1, settle=2.0)
         return Study("bubble_rise", small, "speed", what, {}, finest={"dt_factor": 0.035}, presets=False)
@@ -250,7 +250,7 @@ def bubble_rise(quick):
 def bubble_at_rest(quick):
     from pysph_boiling.evaluation.problems.bubble_at_rest import BubbleAtRest
 
-    what, tank = "speed of the pool that a bubble at rest stirs, over sqrt(g dx)", dict(dim=3, cells=14)
+    what, tank = "speed of the pool around a bubble at rest, over sqrt(g dx)", dict(dim=3, cells=14)
     if quick:
         return Study("bubble_at_rest", BubbleAtRest(cells=16, duration=15.0), "speed", what, {}, presets=False)
     return Study("bubble_at_rest", BubbleAtRest(), "speed", what, {
@@ -264,7 +264,7 @@ def bubble_at_rest(quick):
 def sloshing(quick):
     from pysph_boiling.evaluation.problems.drift import SloshingTank
 
-    what = "energy that one period takes, over what was given"
+    what = "energy lost in one period, relative to the energy at the start"
     if quick:
         small = SloshingTank(cells=20, settle=6.0)
         return Study("sloshing", small, "loss", what, {"time step": along("dt_factor", 0.14)})
@@ -280,7 +280,7 @@ def sloshing(quick):
 def momentum(quick):
     from pysph_boiling.evaluation.problems.drift import PeriodicBox
 
-    return Study("momentum", PeriodicBox(), "momentum", "change of the mean velocity over itself", {} if quick else {
+    return Study("momentum", PeriodicBox(), "momentum", "relative change of the mean velocity", {} if quick else {
         "sweeps": fixed_sweeps(2, 8), "acceleration": along("density.chebyshev_radius", 0.9)}, presets=False)
 
 
@@ -309,7 +309,7 @@ def stefan(quick):
     from pysph_boiling.evaluation.problems.stefan import Stefan
 
     layers = (8, 16) if quick else (10, 20, 40)
-    return Study("stefan", Stefan(layers=layers[1]), "growth", "error of what the front has moved", {
+    return Study("stefan", Stefan(layers=layers[1]), "growth", "error of the displacement of the front", {
         "spacing": along("layers", *layers), "support": [] if quick else along("hdx", 1.0, 1.5),
     }, trends=(Trend("spacing", "layers", tuple(along("layers", *layers)), finer="larger"),))
 
@@ -317,7 +317,7 @@ def stefan(quick):
 def growth(quick):
     from pysph_boiling.evaluation.problems.growth import Growth
 
-    what, others = "error of the vapour of a growing disc", ("ahead", "latent_error", "roundness", "stored")
+    what, others = "error of the volume of a growing disc of vapour", ("ahead", "latent_error", "roundness", "stored")
     if quick:
         return Study("growth", Growth(radius=2.5, growth=2.0), "error", what, {"latent heat": along("pooled", False)},
                      others=others)
@@ -336,7 +336,7 @@ def boiling_rate(quick):
 
     problem = BoilingRate(duration=0.6, begin=0.3, width=24, fill=14, sites=2) if quick else BoilingRate(
         duration=6.0, begin=3.0)
-    return Study("boiling_rate", problem, "rate", "vapour made against what the heater pays for",
+    return Study("boiling_rate", problem, "rate", "difference of the vapour made from what the heater's power can make",
                  {} if quick else {"start": along("seed", 2, 3)})
 
 
@@ -351,7 +351,7 @@ STUDIES = {
 
 
 def studies(quick, keys=None):
-    """The :class:`Study` s, all or those named. Raises ``ValueError`` for an unknown one, with the known ones."""
+    """The studies, all or those named in ``keys``. Raises ``ValueError`` with the known names for an unknown one."""
     for key in keys or ():
         if key not in STUDIES:
             raise unknown("study", key, STUDIES)

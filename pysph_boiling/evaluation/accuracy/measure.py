@@ -17,7 +17,7 @@ MODEL = ("*.py", "equations/*.py", "schemes/**/*.py", "problems/*.py", "examples
 
 @cache
 def digest():
-    """Short hash of the sources that a run depends on: a change of the model makes every point anew."""
+    """Short hash of the sources that a run depends on, so that every point is measured again after a change."""
     root, found = Path(pysph_boiling.__file__).parent, hashlib.sha256()
     for file in sorted(file for pattern in MODEL for file in root.glob(pattern) if file.name != "cli.py"):
         found.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
@@ -53,7 +53,7 @@ class Points:
         self.records = json.loads(self.file.read_text()) if self.file.exists() else {}
 
     def key(self, problem):
-        """Short hash of everything that the point depends on."""
+        """Short hash of everything on which the point depends."""
         text = f"{problem!r} {self.threads} {digest()}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -62,12 +62,12 @@ class Points:
         return self.records.get(self.key(problem))
 
     def repeats(self, problem):
-        """How often it was run; a point that failed counts as done."""
+        """Number of its runs; a point that failed counts as done."""
         record = self.get(problem)
         return 0 if record is None else math.inf if "failed" in record else len(record["seconds"])
 
     def add(self, problem):
-        """Run the problem once more, and write the file."""
+        """Run the problem once more and write the file."""
         found, record = plain(measure(problem, self.threads)), self.get(problem)
         if record is None or "failed" in found:
             record = {"problem": repr(problem), **found, "seconds": [], "load": [], "same": True}
@@ -81,7 +81,7 @@ class Points:
 
 
 def plain(value):
-    """Numbers that JSON knows; what is not finite becomes ``None``."""
+    """A value that JSON can write; numbers that are not finite become ``None``."""
     if isinstance(value, dict):
         return {name: plain(one) for name, one in value.items()}
     if isinstance(value, (str, bool, type(None), int)):

@@ -1,4 +1,4 @@
-"""What the points of a study say: rows of error and cost, the front, orders of convergence, claims."""
+"""The results of a study: rows of error and cost, the front, orders of convergence, and claims."""
 import csv
 import json
 import math
@@ -17,7 +17,7 @@ CLAIMS = Path(__file__).with_name("claims.json")
 
 @dataclass(frozen=True)
 class Row:
-    """One point: ``error`` over which the front is drawn (NaN where it failed, is the reference, or stands apart)."""
+    """One point; ``error`` is that of the front, NaN if the point failed, is the reference, or does not compete."""
 
     settings: str
     knobs: str
@@ -30,7 +30,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Findings:
-    """All that is known of a study: rows, indices of those on the front, trend -> order, claims."""
+    """The results of a study: rows, indices of the rows on the front, trend -> order, and claims."""
 
     study: Study
     rows: list
@@ -44,7 +44,7 @@ class Findings:
 
 
 def find(study, points, quick, claims=None):
-    """The :class:`Findings` of a study whose problems were all run."""
+    """The :class:`Findings` of a study after all of its problems were run."""
     error = errors(study, points)
     presets = study.preset_points()
     every = [(changed(study.problem, settings), describe_settings(settings), ", ".join(knobs))
@@ -77,7 +77,7 @@ def find(study, points, quick, claims=None):
 
 
 def errors(study, points):
-    """Function record -> error of the front."""
+    """A function that maps a record to its error on the front."""
     if study.finest is None:
         return lambda record: size(record, study.error)
     finest = points.get(changed(study.problem, study.finest))
@@ -90,13 +90,13 @@ def errors(study, points):
 
 
 def size(record, name):
-    """Magnitude of an error of a record, NaN where there is none."""
+    """Absolute value of an error of a record, NaN if there is none."""
     value = record.get("errors", {}).get(name)
     return math.nan if value is None else abs(value)
 
 
 def trend_points(study, trend, points):
-    """Values of the parameter, inverted where larger is finer, and errors along a :class:`Trend`."""
+    """Values of the parameter along a :class:`Trend` (their inverses if larger is finer), and the errors."""
     problems = [changed(study.problem, settings) for settings in trend.points]
     h = [float(getattr(problem, trend.parameter)) for problem in problems]
     error = (lambda record: size(record, trend.error)) if trend.error else errors(study, points)
@@ -123,7 +123,7 @@ def check(claim, study, points, orders):
 
 
 def promises(study, presets, points):
-    """Statements that the presets keep the errors they state."""
+    """Statements that the presets keep within the errors that they promise."""
     for name, problem in presets.items():
         for (key, error), bound in QUALITIES[name].stated.items():
             if key == study.key:
@@ -133,14 +133,14 @@ def promises(study, presets, points):
 
 
 def percent(value):
-    """An error in words."""
+    """An error as text in per cent."""
     if math.isnan(value):
         return "none"
     return f"{value:.1e}" if 0.0 < value < 1e-5 else f"{100.0 * value:.3g}\N{NO-BREAK SPACE}%"
 
 
 def write_points(findings, path):
-    """All rows as CSV; returns the file's name."""
+    """Write all rows to a CSV file; returns the file's name."""
     errors = sorted({name for row in findings.rows for name in row.record.get("errors", {})})
     facts = sorted({name for row in findings.rows for name in row.record.get("facts", {})})
     with open(path, "w", newline="") as file:

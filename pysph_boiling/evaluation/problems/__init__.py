@@ -1,5 +1,5 @@
-"""Problems with known answers: what ``pysph-boiling accuracy`` and ``pysph-boiling validate`` measure the model by.
+"""Problems with known answers, by which ``pysph-boiling accuracy`` and ``pysph-boiling validate`` measure the model.
 
-One module a problem. Each is a frozen dataclass of its parameters, physical and numerical; ``run()`` returns an
-:class:`~pysph_boiling.evaluation.problems.problem.Outcome`.
+There is one module per problem. Each problem is a frozen dataclass of its physical and numerical parameters; its
+``run()`` returns an :class:`~pysph_boiling.evaluation.problems.problem.Outcome`.
 """

@@ -1,4 +1,4 @@
-"""Steady boiling: the vapour that is made against the power of the heater over the latent heat (2-D)."""
+"""Steady boiling (2-D): the rate of vaporisation compared with the heater's power over the latent heat."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +12,13 @@ __all__ = ["BoilingRate"]
 
 @dataclass(frozen=True, kw_only=True)
 class BoilingRate(Problem):
-    """The scene ``steady_boiling`` in its flat form; what is counted is counted from ``begin`` on.
+    """The scene ``steady_boiling`` in its 2-D variant; everything is counted from the time ``begin``.
 
-    ``rate``: particles vaporised and not condensed, over what the heater's energy pays for, minus 1: latent heat, and
-    the warming of the liquid that the lid returns. ``energy``: largest residual of the ledger; ``mass``: the same.
-    Facts are means over the same time: ``flux`` [W/m^2] before the factor A, ``vapour`` and ``superheated`` particles,
-    ``T_mean`` [K], bubbles ``vented`` a second [1/s], particles in a ``bubble`` that vents; and counts.
+    Errors: ``rate``, the number of particles vaporised minus those condensed, relative to the number that the heater's
+    energy can vaporise, minus 1 (the energy also warms the liquid that the lid returns); ``energy`` and ``mass``, the
+    largest residuals of the ledger. Facts are means over the same time: ``flux`` [W/m^2] before the factor A,
+    ``vapour`` and ``superheated`` particles, ``T_mean`` [K], bubbles ``vented`` per second [1/s], particles in a
+    ``bubble`` that vents; and counts.
     """
 
     title = "steady boiling"

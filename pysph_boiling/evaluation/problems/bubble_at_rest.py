@@ -1,4 +1,4 @@
-"""A bubble that weighs what it displaces: it stays where it is, unless cohesion and the density constraint do work."""
+"""A neutrally buoyant bubble, which stays at rest unless cohesion and the density constraint do work on it."""
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -17,18 +17,20 @@ __all__ = ["BubbleAtRest"]
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleAtRest(Problem):
-    """The scene of :mod:`pysph_boiling.examples.bubble_rise` without buoyancy, heat standing still.
+    """The scene of :mod:`pysph_boiling.examples.bubble_rise` without buoyancy and without heat flow.
 
-    The bubble has a radius of ``radius`` spacings in a tank ``cells`` spacings wide and high; ``strength`` is that of
-    the cohesion [g], the scheme's own if not given; ``dt_factor`` the time step over t* = sqrt(spacing/g). Water
-    settles for ``settle`` t*, then the bubble is put into it and watched for ``duration`` t*.
+    The bubble has a radius of ``radius`` spacings in a tank that is ``cells`` spacings wide and high. ``strength`` is
+    the strength of cohesion in units of gravity, the scheme's default if not given; ``dt_factor`` is the time step over
+    t* = sqrt(spacing/g). The water settles for ``settle`` t*, then the bubble is inserted and observed for
+    ``duration`` t*.
 
-    Errors: ``speed``, root mean square of all particles over the last fifth, over sqrt(g spacing); ``torn``, share of
-    the vapour outside its largest piece in the end.
+    Errors: ``speed``, root mean square of all particles over the last fifth of the time, over sqrt(g spacing);
+    ``torn``, the fraction of the vapour outside its largest piece at the end.
     """
 
     title: ClassVar[str] = "bubble at rest"
-    reference: ClassVar[str] = "it stays at rest: its weight is balanced, and surface tension does no work on a sphere"
+    reference: ClassVar[str] = ("the bubble stays at rest, because its weight is balanced and surface tension does no "
+                                "work on a sphere")
     dim: int = 2
     spacing: float = 0.004
     cells: int = 24

@@ -1,4 +1,4 @@
-"""One bubble that rises through still water: its speed, whatever the time step and the sweeps."""
+"""A bubble rising through still water: its speed for different time steps and numbers of sweeps."""
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -22,9 +22,9 @@ STILL = dict(dynamic_nucleation=None, condensation=None, pooling=None, expansion
 
 
 def still_water(p, *, dt_factor, settle, kernel="CubicSpline", hdx=1.2, **effects):
-    """The scene with parameters ``p``, heat standing still, after ``settle`` [s]: (scheme, fluid, stepper).
+    """The scene with parameters ``p`` and no heat flow, after settling for ``settle`` [s]: (scheme, fluid, stepper).
 
-    ``dt_factor`` is the time step over t*; ``effects`` (slot -> effect) take the place of the scene's own.
+    ``dt_factor`` is the time step over t*; ``effects`` (slot -> effect) replace those of the scene.
     """
     scene = Scene()
     scheme = scene.make_scheme(p)
@@ -39,26 +39,26 @@ def still_water(p, *, dt_factor, settle, kernel="CubicSpline", hdx=1.2, **effect
 
 
 def blow(fluid, inside):
-    """Make a bubble of the particles ``inside`` (n,), a mask."""
+    """Turn the particles in the mask ``inside`` (n,) into a bubble."""
     fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
 
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleRise(Problem):
-    """The flat scene of :mod:`pysph_boiling.examples.bubble_rise` with heat standing still, several starts.
+    """The 2-D scene of :mod:`pysph_boiling.examples.bubble_rise` without heat flow, from several starts.
 
-    ``diameter`` [m] of the bubble, of ``cells`` particles; ``dt_factor`` is the time step over t* = sqrt(spacing/g);
-    the water settles for ``settle`` sqrt(diameter/g) before the bubble is put into it. Each of ``starts`` runs begins
-    with another disturbance of the lattice, drawn from ``seed`` and following ones. The speed is that between 2.5 and
-    5.5 diameters above the base.
+    The bubble has a diameter of ``diameter`` [m], which is ``cells`` particles; ``dt_factor`` is the time step over
+    t* = sqrt(spacing/g). The water settles for ``settle`` sqrt(diameter/g) before the bubble is inserted. Each of the
+    ``starts`` runs begins with a different disturbance of the lattice, from seeds that begin with ``seed``. The speed
+    is measured between 2.5 and 5.5 diameters above the base.
 
-    Errors: ``shredded``, the largest share of the vapour outside its largest piece; ``unsteady``, relative difference
-    of the speeds in the two halves of the way. Facts: ``speed`` over sqrt(g diameter), mean of the starts, its range
-    ``speed_low``, ``speed_high`` and standard error ``speed_error``.
+    Errors: ``shredded``, the largest fraction of the vapour outside its largest piece; ``unsteady``, the relative
+    difference of the speeds in the two halves of that range. Facts: ``speed`` over sqrt(g diameter), the mean over the
+    starts, with its range ``speed_low``, ``speed_high`` and its standard error ``speed_error``.
     """
 
     title: ClassVar[str] = "bubble rise"
-    reference: ClassVar[str] = "speed with the smallest time step, the most sweeps"
+    reference: ClassVar[str] = "the speed with the smallest time step and the most sweeps"
     diameter: float = 0.012
     cells: float = 6.0
     dt_factor: float = 0.07
@@ -69,11 +69,11 @@ class BubbleRise(Problem):
     starts: int = 3
     seed: int = 1
 
-    WIDTH: ClassVar[float] = 4.0  # of the tank; lengths in diameters
+    WIDTH: ClassVar[float] = 4.0  # width of the tank in diameters
     FILL: ClassVar[float] = 7.5
     START: ClassVar[float] = 1.0
     WINDOW: ClassVar[tuple[float, float]] = (2.5, 5.5)
-    PATIENCE: ClassVar[float] = 60.0  # sqrt(diameter/g) after which a bubble that has not arrived will not
+    PATIENCE: ClassVar[float] = 60.0  # time in sqrt(diameter/g) after which the run gives up
 
     def run(self):
         runs = [self.one(self.seed + start) for start in range(self.starts)]
@@ -88,7 +88,7 @@ class BubbleRise(Problem):
                        sweeps=float(np.mean([run["sweeps"] for run in runs]))))
 
     def one(self, seed):
-        """One start; lengths in diameters, times in sqrt(diameter/g)."""
+        """Run one start; lengths are in diameters, times in sqrt(diameter/g)."""
         spacing = self.diameter / self.cells
         p = BubbleRiseParameters(dim=2, spacing=spacing, width=round(self.WIDTH * self.cells),
                                  fill=round(self.FILL * self.cells), diameter=self.cells,

@@ -1,4 +1,4 @@
-"""Conduction in still matter: a hot plate, a Fourier mode, two bodies in contact, the Laplacian on a lattice."""
+"""Conduction without motion: a hot plate, a Fourier mode, two bodies in contact, and the Laplacian on a lattice."""
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -23,9 +23,9 @@ WIDTH = 8  # spacings across the periodic direction
 
 
 def still_water(points, *, dim, spacing, hdx, **block):
-    """Scheme and arrays of still water with a heater that is off, so that all share the modules of the heated slab.
+    """Scheme and arrays of still water with a heater that is off, so that it shares the modules of the heated slab.
 
-    ``points`` are the corners of the water [m]; ``block`` holds further keywords of ``fluid_block``.
+    ``points`` are the corners of the water [m]; ``block`` are further keywords of ``fluid_block``.
     """
     scheme = BoilingScheme(["fluid"], ["wall"], dim=dim, spacing=spacing, hdx=hdx, density=None, heat=HeatConduction(),
                            heater=Heater(temperature=353.15))
@@ -40,7 +40,7 @@ def still_water(points, *, dim, spacing, hdx, **block):
 
 @cache
 def lattice_constant(dim, hdx, spacing=1e-3):
-    """Laplacian of a field T = a |x|^2 at the middle of a lattice over its exact value 2 dim a [-]."""
+    """The discrete Laplacian of the field T = a |x|^2 in the middle of a lattice over the exact value 2 dim a [-]."""
     reach, a = 5.5 * spacing, 10.0 / spacing**2  # beyond any support; 10 K over a spacing
     low = [-reach] * dim + [0.0] * (3 - dim)
     scheme, fluid, wall = still_water((low, [-x for x in low]), dim=dim, spacing=spacing, hdx=hdx)
@@ -53,14 +53,14 @@ def lattice_constant(dim, hdx, spacing=1e-3):
 
 @dataclass(frozen=True, kw_only=True)
 class HotPlate(Problem):
-    """Still water on a plate that is hot from t = 0 on: the scene ``heated_slab``."""
+    """Still water on a plate that is hot from t = 0, as in the scene ``heated_slab``."""
 
     title = "hot plate on still water"
     reference = "T = T_0 + (T_1 - T_0) erfc(x / (2 sqrt(alpha t))), Carslaw & Jaeger 1959, section 2.5"
 
     spacing: float = 1e-3  # m
     duration: float = 60.0  # s
-    step: float = 1.0  # s; heat is subcycled below that
+    step: float = 1.0  # s; conduction takes substeps if needed
 
     def run(self):
         scene, stepper = from_scene(HeatedSlab, periodic=True, spacing=self.spacing, duration=self.duration,
@@ -76,12 +76,12 @@ class HotPlate(Problem):
 
 @dataclass(frozen=True, kw_only=True)
 class FourierMode(Problem):
-    """First mode of a periodic slab over one e-folding time, on a lattice or on particles out of order.
+    """First mode of a periodic slab over one e-folding time, on a lattice or on disordered particles.
 
-    ``disorder`` is the most by which each coordinate is displaced, at random, in spacings.
-    ``rate``: error of the decay rate; ``order``: what is left of it without the constant of the lattice, which no
-    refinement takes away; ``shape``: largest deviation of the field from the mode, over its amplitude; ``local``: of
-    the Laplacian at the start, root mean square over the particles, over that of the exact one.
+    ``disorder`` is the largest random displacement of each coordinate, in spacings. Errors: ``rate``, of the decay
+    rate; ``order``, the same without the constant of the lattice, which does not vanish with refinement; ``shape``, the
+    largest deviation of the field from the mode, relative to its amplitude; ``local``, root mean square error of the
+    Laplacian at the start, relative to that of the exact Laplacian.
     """
 
     title = "decay of a Fourier mode"
@@ -92,7 +92,7 @@ class FourierMode(Problem):
     width: int = WIDTH  # spacings
     hdx: float = 1.3
     length: float = 0.02  # m
-    steps: int = 10  # heat is subcycled below that
+    steps: int = 10  # conduction takes substeps if needed
     disorder: float = 0.0
     seed: int = 1
 
@@ -108,7 +108,7 @@ class FourierMode(Problem):
         stepper = Stepper(scheme, [fluid, wall], dt=1.0 / (self.steps * rate), domain=DomainManager(
             **{f"{axis}min": 0.0 for axis in size}, **{f"{axis}max": top for axis, top in size.items()},
             **{f"periodic_in_{axis}": True for axis in size}))
-        stepper.run_stage("heat")  # the rates of the start, over no time
+        stepper.run_stage("heat")  # computes the rates at the start
         local = fluid.ae / (10.0 * water.c_l * rate) + mode
         stepper.step(self.steps)
         T = water.T_sat + fluid.e / water.c_l - 300.0
@@ -123,11 +123,12 @@ class FourierMode(Problem):
 
 @dataclass(frozen=True, kw_only=True)
 class TwoBodies(Problem):
-    """Hot vapour laid against cold liquid, both at rest: a slab of two materials.
+    """Hot vapour in contact with cold liquid, both at rest: a slab of two materials.
 
-    ``L2``: of the temperature, over the difference at the start; ``heat``: of what has passed through the interface;
-    ``flux``: liquid's flux at the interface over the vapour's, minus 1; ``jump``: of the temperature at the interface,
-    over the difference. The two last compare the sides with each other, by fits of the exact shape to each.
+    Errors: ``L2``, of the temperature, relative to the initial difference; ``heat``, of the heat that has passed the
+    interface; ``flux``, the flux at the interface in the liquid over that in the vapour, minus 1; ``jump``, of the
+    temperature at the interface, relative to the initial difference. ``flux`` and ``jump`` are computed from fits of
+    the exact solution to each side.
     """
 
     title = "two bodies in contact"
@@ -135,10 +136,10 @@ class TwoBodies(Problem):
                  "Carslaw & Jaeger 1959, section 2.15")
 
     layers: int = 40  # of either body
-    ratio: float = 27.0  # of the conductivities, liquid over vapour
+    ratio: float = 27.0  # conductivity of the liquid over that of the vapour
     hdx: float = 1.3
     thickness: float = 0.02  # m, of either body
-    reach: float = 0.35  # 2 sqrt(alpha t) of the liquid at the end, over the thickness
+    reach: float = 0.35  # 2 sqrt(alpha t) in the liquid at the end, relative to its thickness
     difference: float = 40.0  # K
 
     def run(self):

@@ -1,4 +1,4 @@
-"""The dam break of :mod:`pysph_boiling.examples.dam_break`, stepped by hand, against the measured fronts."""
+"""The dam break of :mod:`pysph_boiling.examples.dam_break`, compared with the measured fronts."""
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -15,7 +15,7 @@ __all__ = ["DamBreak"]
 
 
 class Recorded(Scene):
-    """The scene with its fronts given, so that its own comparison with the experiments serves here."""
+    """The scene with given fronts, so that its comparison with the experiments can be used here."""
 
     def measured(self):
         return self.fronts
@@ -23,13 +23,13 @@ class Recorded(Scene):
 
 @dataclass(frozen=True, kw_only=True)
 class DamBreak(Problem):
-    """A column of width a = ``width`` [m] and height 2 a collapses; its front X/a over t sqrt(g/H).
+    """The front X/a of a collapsing column of width a = ``width`` [m] and height 2 a, over t sqrt(g/H).
 
-    ``layers`` particles across the width; ``dt_factor`` is the time step over t* = sqrt(spacing/g).
+    The column has ``layers`` particles across its width; ``dt_factor`` is the time step over t* = sqrt(spacing/g).
 
-    Errors: ``front``, the largest relative distance from the range of the experiments; ``density_mean`` and
-    ``density_max``, mean over time of the mean, and the largest positive density error before the last sweep. Facts:
-    ``front_at_2``, X/a at t sqrt(g/H) = 2, for a sequence without an experiment.
+    Errors: ``front``, the largest relative distance from the range of the experiments; ``density_mean``, the mean
+    positive density error before the last sweep, averaged over time; ``density_max``, the largest one. Fact:
+    ``front_at_2``, X/a at t sqrt(g/H) = 2, to compare runs with each other.
     """
 
     title: ClassVar[str] = "dam break"

@@ -1,4 +1,4 @@
-"""Size of the bubbles that leave a single heated site (2-D)."""
+"""Size of the bubbles that depart from a single heated site (2-D)."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,13 @@ __all__ = ["Departure"]
 
 @dataclass(frozen=True, kw_only=True)
 class Departure(Problem):
-    """The scene ``steady_boiling``, flat and small, with one site, until ``departures`` bubbles have left it.
+    """A small 2-D ``steady_boiling`` with one site, which runs until ``departures`` bubbles have left it.
 
-    Fact ``size``: mean number of particles of those bubbles, NaN if they did not leave in ``longest`` steps.
+    Fact ``size``: the mean number of particles in these bubbles, NaN if they have not all left after ``longest`` steps.
     """
 
     title = "size of a bubble at departure"
-    reference = "rises with adhesion (Fritz 1935: with the contact angle)"
+    reference = "the size grows with adhesion, as with the contact angle in Fritz 1935"
 
     adhesion: float = 5.0  # strength, in units of gravity
     departures: int = 10

@@ -1,4 +1,4 @@
-"""What must not change: the energy of sloshing water, which nothing feeds, and the momentum of a periodic box."""
+"""Conservation: the energy of sloshing water must not grow, and the momentum of a periodic box must stay constant."""
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -21,19 +21,20 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True, kw_only=True)
 class SloshingTank(Problem):
-    """Water at rest in a closed flat tank is set in motion as in its lowest standing wave, without viscosity.
+    """Water in a closed 2-D tank without viscosity is set in motion with the velocities of its lowest standing wave.
 
-    ``length`` [m] of the tank, of ``cells`` particles; ``depth`` [m]; ``surface`` is the largest speed of the surface
-    over sqrt(g depth); ``dt_factor`` the time step over t* = sqrt(spacing/g). The water settles for ``settle``
-    sqrt(depth/g) before, then it is watched for ``periods`` of the wave.
+    The tank is ``length`` [m] or ``cells`` particles long, and the water is ``depth`` [m] deep. ``surface`` is the
+    largest speed of the surface over sqrt(g depth); ``dt_factor`` is the time step over t* = sqrt(spacing/g). The water
+    first settles for ``settle`` sqrt(depth/g) and is then observed for ``periods`` of the wave.
 
-    Errors, over the kinetic energy that it was given: ``gain``, the largest excess of kinetic and potential energy
-    over the start (0 is right); ``loss``, what is gone after one period (0 is right, the sweeps eat some). ``period``
-    is relative to the linear theory, T = 2 pi/sqrt(g k tanh(k depth)), k = pi/length.
+    Errors relative to the initial kinetic energy, both 0 in the ideal case: ``gain``, the largest increase of kinetic
+    plus potential energy; ``loss``, the energy lost after one period, which the sweeps dissipate. ``period`` is
+    relative to the linear theory, T = 2 pi/sqrt(g k tanh(k depth)), k = pi/length.
     """
 
     title: ClassVar[str] = "sloshing tank"
-    reference: ClassVar[str] = "energy never above the start, linear theory of standing waves (Lamb 1932, art. 228)"
+    reference: ClassVar[str] = ("the energy never exceeds that of the start; linear theory of standing waves (Lamb "
+                                "1932, art. 228)")
     length: float = 1.0
     depth: float = 0.5
     cells: int = 40
@@ -80,7 +81,7 @@ class SloshingTank(Problem):
         t, excess, shift = map(np.array, (t, excess, shift))
         returned = np.flatnonzero((shift[:-1] > 0.0) & (shift[1:] <= 0.0))
         half = np.nan
-        if len(returned):  # the water is back at its middle after half a period
+        if len(returned):  # the centre of the water is back in the middle after half a period
             i = returned[0]
             half = t[i] + (t[i + 1] - t[i]) * shift[i] / (shift[i] - shift[i + 1])
         return Outcome(
@@ -92,14 +93,15 @@ class SloshingTank(Problem):
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodicBox(Problem):
-    """A disordered lattice relaxes in a periodic box that it drifts through, without gravity.
+    """A disordered lattice relaxes while it drifts through a periodic box without gravity.
 
-    ``cells`` particles of ``spacing`` [m] on a side, displaced by up to ``jitter`` spacings; ``speed`` [m/s] along x;
-    ``dt`` [s]. Errors: ``momentum``, the largest change of the mean velocity over ``speed``; ``mass``, relative.
+    The box has ``cells`` particles of ``spacing`` [m] on each side, displaced by up to ``jitter`` spacings, with a
+    velocity of ``speed`` [m/s] along x and a time step of ``dt`` [s]. Errors: ``momentum``, the largest change of the
+    mean velocity over ``speed``; ``mass``, its relative change.
     """
 
     title: ClassVar[str] = "periodic box"
-    reference: ClassVar[str] = "momentum and mass of the start"
+    reference: ClassVar[str] = "momentum and mass stay constant"
     cells: int = 12
     spacing: float = 0.1
     jitter: float = 0.2
@@ -120,7 +122,7 @@ class PeriodicBox(Problem):
         common = dict(spacing=self.spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block((0.0,) * 3, (size, size, 0.0), jitter=self.jitter, **common)
         wall = fluid_block((0.0,) * 3, (2.0 * self.spacing, 2.0 * self.spacing, 0.0), name="wall", **common)
-        wall.m[:] = 0.0  # the set has walls, the box has none
+        wall.m[:] = 0.0  # the box has no walls, but the compiled set of equations needs an array
         scheme.setup_properties([fluid, wall])
         fluid.u[:] = self.speed
         stepper = Stepper(scheme, [fluid, wall], dt=self.dt, domain=DomainManager(

@@ -1,4 +1,4 @@
-"""A scene of the examples as a problem: its own scheme and particles, stepped by hand, without files."""
+"""Example scenes as problems: their schemes and particles, stepped by hand and without files."""
 import math
 
 from pysph_boiling.runs.ledger import Ledger
@@ -8,10 +8,10 @@ __all__ = ["from_scene"]
 
 
 def from_scene(scene_class, *, periodic=False, ledger=False, effects=None, **parameters):
-    """A scene ready to step: (scene, stepper).
+    """A scene that is ready to step: (scene, stepper).
 
-    ``parameters`` are those of the scene; ``periodic`` asks for its domain; ``ledger`` for ``scene.ledger``, which
-    balances mass and energy at every step; ``effects`` (slot -> effect or ``None``) take the place of the scene's own.
+    ``parameters`` are those of the scene. ``periodic`` uses its periodic domain, and ``ledger`` adds ``scene.ledger``,
+    which balances mass and energy at every step. ``effects`` (slot -> effect or ``None``) replace those of the scene.
     """
     scene = scene_class()
     p = scene.parameters = scene_class.Parameters(**parameters)

@@ -1,4 +1,4 @@
-"""Growth in superheated liquid at equal density, R = 2 b sqrt(alpha t): a bubble (disc, sphere), a plane layer."""
+"""Growth of vapour in superheated liquid of equal density, R = 2 b sqrt(alpha t): a disc, a sphere, a plane layer."""
 import math
 from dataclasses import dataclass
 
@@ -19,12 +19,12 @@ from pysph_boiling.schemes.effects import BubbleLabels, HeatConduction, LatentPo
 __all__ = ["Growth", "PlaneGrowth", "ball", "growth_constant", "profile"]
 
 DX, SUPERHEAT = 1e-3, 20.0  # spacing [m], superheat far away [K]
-OFFSET = np.array([0.13, 0.29, 0.37])  # of the centre from a lattice corner, in spacings: no accidental symmetry
+OFFSET = np.array([0.13, 0.29, 0.37])  # of the centre from a lattice corner, in spacings, to avoid symmetries
 WIDTH = 8  # spacings across the periodic direction of a plane layer
 
 
 def growth_constant(dim, stefan):
-    """b of R = 2 b sqrt(alpha t) for a plane (1), a disc (2) or a sphere (3) at equal density; ``stefan`` = c dT/L."""
+    """The constant b in R = 2 b sqrt(alpha t) for a plane (1), a disc (2) or a sphere (3); ``stefan`` = c dT/L."""
     left = {1: lambda b: math.sqrt(math.pi) * b * erfcx(b),
             2: lambda b: b * b * math.exp(b * b) * exp1(b * b),
             3: lambda b: 2.0 * b * b * (1.0 - math.sqrt(math.pi) * b * erfcx(b))}[dim]
@@ -32,7 +32,7 @@ def growth_constant(dim, stefan):
 
 
 def profile(r, R, b, dim):
-    """(T - T_sat)/(T_far - T_sat) at distance ``r`` from the centre when the bubble has radius ``R``; 0 inside."""
+    """(T - T_sat)/(T_far - T_sat) at the distance ``r`` from the centre of a bubble of radius ``R``; 0 inside it."""
     s = np.maximum(b * np.asarray(r) / R, b)
     shape = {1: erfc,
              2: lambda s: exp1(s * s),
@@ -46,7 +46,7 @@ def ball(radius, dim):
 
 
 def still_fluid(stefan, effects, *, dim, hdx=1.2):
-    """Scheme of particles that stand still; vapour takes no heat, as in the formula."""
+    """A scheme with particles at rest, in which vapour takes up no heat, as in the formula."""
     water = WATER_1ATM
     material = water.with_(name="test fluid", L=water.c_l * SUPERHEAT / stefan, c_v=water.c_l, k_v=1e-6 * water.k_l)
     return BoilingScheme(["fluid"], [], dim=dim, spacing=DX, material=material, density=None, hdx=hdx,
@@ -54,7 +54,7 @@ def still_fluid(stefan, effects, *, dim, hdx=1.2):
 
 
 def moments(scheme, b, first, last):
-    """Times [s] at which the radius is ``first`` and ``last`` spacings, and the steps between them."""
+    """The times [s] at which the radius is ``first`` and ``last`` spacings, and the number of steps between them."""
     material = scheme.material
     alpha = material.k_l / (material.rho_l * material.c_l)
     times = (DX * np.array([first, last]) / (2.0 * b)) ** 2 / alpha
@@ -63,11 +63,11 @@ def moments(scheme, b, first, last):
 
 @dataclass(frozen=True, kw_only=True)
 class Growth(Problem):
-    """A disc or a sphere of vapour grows to ``growth`` times its radius, from the exact profile. Lengths in spacings.
+    """A disc or sphere of vapour grows from the exact profile to ``growth`` times its radius. Lengths in spacings.
 
-    ``error``: of the vapour's volume; ``ahead``: of its radius [spacings]; ``latent_error``: of the volume with stored
-    latent heat counted; ``roundness``: standard deviation of the radius of the outermost vapour, over its mean;
-    ``energy``: change of the enthalpy. What comes of stored heat when the bubble departs in the end is in ``facts``.
+    Errors: ``error``, of the vapour's volume; ``ahead``, of its radius [spacings]; ``latent_error``, of the volume
+    including stored latent heat; ``roundness``, standard deviation of the radius of the outermost vapour relative to
+    its mean; ``energy``, change of the enthalpy. ``facts`` say what happens to stored heat when the bubble departs.
     """
 
     title = "growth of a bubble in superheated liquid"
@@ -77,7 +77,7 @@ class Growth(Problem):
     stefan: float = 0.3
     radius: float = 4.0  # at the start
     growth: float = 2.5  # final radius over that
-    jitter: float = 0.0  # of the particles, in spacings
+    jitter: float = 0.0  # displacement of the particles, in spacings
     pooled: bool = True
     interrupt: str = "hold"
     vapour_as_site: bool = True
@@ -90,7 +90,7 @@ class Growth(Problem):
             **pooled), dim=self.dim)
 
     def start(self, scheme, b):
-        """Particles with the exact profile: vapour in the nearest of them, what is left over stored next to it."""
+        """Set the exact profile: the nearest particles are vapour, the remaining latent heat is stored next to them."""
         last = self.growth * self.radius
         reach = DX * math.ceil(last * {2: 2.0, 3: 1.7}[self.dim] / b)  # (T_far - T)/(T_far - T_sat) < 0.5 %
         centre = DX * OFFSET * (np.arange(3) < self.dim)
@@ -136,7 +136,7 @@ class Growth(Problem):
             stored=(latent - found) / exact)
         facts = dict(vaporised=int(fluid.vaporised.sum()), interrupted=int(fluid.interrupted.sum()))
         before = np.sum(fluid.m * fluid.e)
-        fluid.e[vapour], fluid.phase[vapour] = 0.0, Phase.SUPERHEATED  # the bubble departs, liquid takes its place
+        fluid.e[vapour], fluid.phase[vapour] = 0.0, Phase.SUPERHEATED  # the bubble departs, and liquid replaces it
         energy += np.sum(fluid.m * fluid.e) - before
         step()  # the interruption
         hidden = float(np.minimum(fluid.e, fluid.e_lat).sum()) if self.interrupt == "hold" else 0.0
@@ -152,7 +152,7 @@ class Growth(Problem):
 
 
 def roundness(place, vapour):
-    """Standard deviation of the radius of the outermost vapour, over its mean: 0 for a circle or a sphere."""
+    """Standard deviation of the radius of the outermost vapour over its mean, 0 for a circle or a sphere."""
     inner = place[vapour]
     distance, _ = cKDTree(place[~vapour]).query(inner)
     r = np.linalg.norm(inner[distance < 1.3 * DX], axis=1)
@@ -161,10 +161,10 @@ def roundness(place, vapour):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneGrowth(Problem):
-    """A plane layer of vapour grows to ``growth`` times its thickness, from the exact profile. Lengths in spacings.
+    """A plane layer of vapour grows from the exact profile to ``growth`` times its thickness. Lengths in spacings.
 
-    ``error``: of the thickness, stored latent heat counted; ``ahead``: the same in spacings; ``energy``: change of the
-    enthalpy. Latent heat is each particle's own: a plane has no dendrites on a lattice.
+    Errors: ``error``, of the thickness including stored latent heat; ``ahead``, the same in spacings; ``energy``,
+    change of the enthalpy. Each particle stores its own latent heat, since a plane on a lattice grows no dendrites.
     """
 
     title = "growth of a plane layer in superheated liquid"
@@ -173,7 +173,7 @@ class PlaneGrowth(Problem):
     stefan: float = 0.3
     radius: float = 4.0  # thickness at the start
     growth: float = 2.5  # final thickness over that
-    hdx: float = 1.3  # the lattice constant of 1.2 is .981: no refinement would take that away
+    hdx: float = 1.3  # with 1.2 the lattice constant is .981, an error that refinement does not reduce
 
     def run(self):
         scheme, b = still_fluid(self.stefan, dict(phases=PhaseChange()), dim=2, hdx=self.hdx), growth_constant(

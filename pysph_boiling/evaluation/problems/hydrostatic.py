@@ -1,4 +1,4 @@
-"""A column of water let go in an open tank: once it has come to rest its density and its level are known."""
+"""A column of water in an open tank, whose density and level at rest are known."""
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -16,14 +16,14 @@ from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHV
 
 __all__ = ["HydrostaticColumn", "compression", "nearest"]
 
-SAMPLES = 8  # moments after the column has settled at which its density is summed
+SAMPLES = 8  # number of moments after settling at which the density is measured
 
 
 def compression(fluid, others, scheme):
-    """Positive density error max(rho/rho_rest - 1, 0) [-] of each particle where it stands, shape (n,).
+    """Positive density error max(rho/rho_rest - 1, 0) [-] of each particle at its present position, shape (n,).
 
-    Summed on the host with the scheme's own kernel, over the fluid and the boundary arrays ``others``: that of the
-    particle array is the one before the last sweep.
+    It is summed on the host with the scheme's kernel over the fluid and the boundary arrays ``others``, because the
+    density in the particle array is the one before the last sweep.
     """
     kernel, h = scheme.kernel, scheme.hdx * scheme.spacing
     lattice, _ = lattice_density(kernel, dim=scheme.dim, hdx=scheme.hdx)
@@ -31,7 +31,7 @@ def compression(fluid, others, scheme):
     w = [kernel.kernel(xij=[d * h, 0.0, 0.0], rij=d * h, h=h) for d in q]
     points, masses = (np.concatenate([positions(pa) if what == "x" else pa.m
                                       for pa in (fluid, *others)]) for what in "xm")
-    up = scheme.dim - 1  # sorted along the vertical, a slab of fluid has its neighbours in a slab of points
+    up = scheme.dim - 1  # sorted vertically, a slab of fluid has its neighbours in a slab of points
     order = np.argsort(points[:, up], kind="stable")
     points, masses = points[order], masses[order]
     own = np.argsort(fluid.get("xyz"[up]), kind="stable")
@@ -53,19 +53,21 @@ def nearest(fluid, spacing):
 
 @dataclass(frozen=True, kw_only=True)
 class HydrostaticColumn(Problem):
-    """A lattice let go at once: the walls push it off, it sloshes and comes to rest.
+    """A lattice is released at once: the walls push it away, it sloshes and comes to rest.
 
-    ``height`` [m] and ``width`` [m] of the column, of ``layers`` particles; ``dt_factor`` is the time step over
-    t* = sqrt(spacing/g); the column settles for ``settle`` and is then looked at for ``watch``, both in sqrt(height/g).
-    Errors: ``density_mean`` mean positive density error and ``density_max`` the largest, of the positions that steps
-    end with; ``level`` relative, positive where the water stands too high; ``speed`` root mean square over
-    sqrt(g height); ``pairs`` share of particles within half a spacing of another. Facts: ``closest`` distance of two
-    particles in spacings; ``sweeps`` in a step; ``residual``, the mean error as the sweeps themselves report it;
-    ``searches`` of neighbours in a step.
+    The column is ``width`` [m] wide and ``height`` [m] or ``layers`` particles high; ``dt_factor`` is the time step
+    over t* = sqrt(spacing/g). The column settles for ``settle`` and is then observed for ``watch``, both in
+    sqrt(height/g).
+
+    Errors: ``density_mean`` and ``density_max``, the mean and largest positive density error at the end of steps;
+    ``level``, its relative error, positive if the water is too high; ``speed``, root mean square over sqrt(g height);
+    ``pairs``, the fraction of particles within half a spacing of another one. Facts: ``closest``, the smallest distance
+    of two particles in spacings; ``sweeps`` per step; ``residual``, the mean density error as reported by the sweeps;
+    ``searches``, neighbour searches per step.
     """
 
     title: ClassVar[str] = "hydrostatic column"
-    reference: ClassVar[str] = "rest density everywhere, level of the start"
+    reference: ClassVar[str] = "rest density everywhere, and the level of the start"
     dim: int = 2
     height: float = 1.0
     width: float = 1.0

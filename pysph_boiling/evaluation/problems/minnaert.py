@@ -1,4 +1,4 @@
-"""Minnaert 1933: a bubble in a pool, its volume disturbed, rings with the period of theory, seen in its particles."""
+"""Minnaert 1933: the oscillation of a bubble in a pool after a change of its volume, measured from its particles."""
 import math
 from dataclasses import dataclass
 
@@ -34,15 +34,16 @@ def swing(t, mean, size, omega, phase, rate):
 
 @dataclass(frozen=True, kw_only=True)
 class RingingBubble(Problem):
-    """A ball of vapour at rest in a pool (3-D), at ``disturbed`` times its rest volume, for three periods.
+    """A ball of vapour in a pool (3-D) starts with ``disturbed`` times its rest volume and runs for three periods.
 
-    Volume, rest volume of the particles, density sweeps and radius constraint all have their part in it. Vapour is as
-    heavy as the liquid here and expands by nothing, so the bubble neither rises nor bursts. The mean radius after half
-    a period, when the pool has settled, is fitted by a damped oscillation.
+    This tests the equation of the volume, the rest volume of the particles, the density sweeps and the radius
+    constraint together. Vapour is as heavy as liquid here and does not expand, so the bubble does not rise. A damped
+    oscillation is fitted to the mean radius after half a period, when the pool has settled.
 
-    ``period``: over theory, minus 1; ``decay``: difference from theory, as share of the amplitude in a period;
-    ``unexplained``: standard deviation left by the fit, over that of the radius; ``apart``: share of the vapour that is
-    no longer in the bubble. Fact ``fR`` [m/s]: frequency times radius in the bubble's own time.
+    Errors: ``period``, relative to theory, minus 1; ``decay``, the difference from theory of the fraction of the
+    amplitude lost per period; ``unexplained``, the standard deviation of the residual of the fit, relative to that of
+    the radius; ``apart``, the fraction of the vapour that is no longer in the bubble. Fact: ``fR`` [m/s], frequency
+    times radius in the bubble's own time.
     """
 
     title = "ringing bubble"
@@ -98,7 +99,7 @@ class RingingBubble(Problem):
                    / stepper.dt, "fR": float(R * self.slowdown / found)})
 
     def theory(self, n):
-        """Rest radius [m], period and rate of decay [s, 1/s] in the time of the scene, of a bubble of n particles."""
+        """Radius at rest [m], period [s] and rate of decay [1/s] of a bubble of n particles, in the scene's time."""
         water = WATER_1ATM
         R = (3.0 * n * self.spacing**3 / (4.0 * math.pi)) ** (1.0 / 3.0)
         gas = PRESSURE + 2.0 * water.sigma / R

@@ -1,4 +1,4 @@
-"""What every problem with a known answer is, and what a run of it tells."""
+"""The base class of problems with a known answer, and the outcome of a run."""
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -7,11 +7,11 @@ __all__ = ["Outcome", "Problem"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one run of a problem told.
+    """The outcome of one run of a problem.
 
-    ``errors`` maps the name of an error to its value, dimensionless unless the name says otherwise, signed where a sign
-    means something; ``seconds`` is the wall time of the steps [s], compiling left out; ``simulated`` the time that
-    they cover [s]; ``curves`` holds columns (name with unit -> array) for a plot against the exact answer.
+    ``errors`` maps the name of an error to its value, which is dimensionless unless the name says otherwise, and signed
+    if the sign has a meaning. ``seconds`` is the wall time of the steps without compiling [s], ``simulated`` the
+    simulated time [s]. ``curves`` has columns (name with unit -> array) for a plot with the exact solution.
     """
 
     errors: dict
@@ -30,7 +30,7 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """A problem with a known answer; its fields are what may be varied."""
+    """A problem with a known answer; its fields are the parameters that may be varied."""
 
     title: ClassVar[str] = ""
     reference: ClassVar[str] = ""  # formula or experiment, and its source

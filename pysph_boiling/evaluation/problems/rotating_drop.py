@@ -1,4 +1,4 @@
-"""A drop in free flight that is strained and turns: an ellipse at all times, with constant momenta and energy (2-D)."""
+"""A strained, rotating drop in free flight (2-D): it stays an ellipse, with constant momentum and energy."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,13 @@ from pysph_boiling.schemes.pbf import PBFScheme
 
 __all__ = ["RotatingDrop", "deformation"]
 
-FAR = 1e3  # m, to the walls of a container that nothing reaches
+FAR = 1e3  # m, distance to the walls of the container, which no particle reaches
 
 
 def deformation(velocity_gradient, t):
-    """Deformation F (2, 2) of a free drop x = F X after the time ``t`` [s], from x' = ``velocity_gradient`` X.
+    """Deformation F (2, 2) of a free drop, x = F X, at time ``t`` [s]; at the start x' = ``velocity_gradient`` X.
 
-    Pressure is quadratic in X and vanishes on the surface, so F'' = lambda F^-T, where lambda keeps det F = 1.
+    The pressure is quadratic in X and vanishes at the surface, so F'' = lambda F^-T with lambda such that det F = 1.
     """
     def rate(_, state):
         F, V = state.reshape(2, 2, 2)
@@ -32,11 +32,11 @@ def deformation(velocity_gradient, t):
 
 @dataclass(frozen=True, kw_only=True)
 class RotatingDrop(Problem):
-    """A disc of radius 1 m under no force; pressure is positive in it as long as it is strained more than it turns.
+    """A disc of radius 1 m without external forces; the pressure is positive if the strain exceeds the rotation.
 
-    ``axes``: largest error of a semi-axis, from the second moments; ``tilt``: error of their direction [rad];
-    ``momentum``: change, over mass times strain times radius; ``angular`` and ``energy``: relative change of angular
-    momentum and kinetic energy in the drop's own frame. Curves hold positions relative to the drift, by uid.
+    Errors: ``axes``, the largest error of a semi-axis, from the second moments; ``tilt``, the error of their direction
+    [rad]; ``momentum``, its change over mass times strain times radius; ``angular`` and ``energy``, relative changes of
+    angular momentum and kinetic energy in the frame of the drop. Curves are positions relative to the drift, by uid.
     """
 
     title = "rotating drop"
@@ -46,19 +46,19 @@ class RotatingDrop(Problem):
     strain: float = 1.0  # 1/s
     spin: float = 0.5  # 1/s
     duration: float = 0.8  # s
-    courant: float = 0.1  # step times strain times radius, over the spacing
-    drift: tuple = (0.0, 0.0)  # m/s, of the drop as a whole
-    density: DensityConstraint = DensityConstraint(courant=100.0)  # far from walls speed is no reason to split a step
+    courant: float = 0.1  # time step times strain times radius, over the spacing
+    drift: tuple = (0.0, 0.0)  # m/s, velocity of the drop as a whole
+    density: DensityConstraint = DensityConstraint(courant=100.0)  # far from walls, fast particles need no split steps
 
     def run(self):
         dx = 1.0 / self.cells
         scheme = PBFScheme(["fluid"], ["wall"], dim=2, spacing=dx, gravity=(0.0, 0.0, 0.0), density=self.density,
                            container=BoxContainer(lower=(-FAR, -FAR, 0.0), upper=(FAR, FAR, 0.0)),
-                           viscosity=XSPHViscosity(rate=0.0, wall=1.0))  # off; so it shares the modules of the scenes
+                           viscosity=XSPHViscosity(rate=0.0, wall=1.0))  # no effect, but shares modules with the scenes
         common = dict(spacing=dx, dim=2, rho0=scheme.rho0)
         fluid = fluid_block((-1.0, -1.0, 0.0), (1.0, 1.0, 0.0), inside=lambda p: np.hypot(*p.T[:2]) < 1.0, **common)
         wall = fluid_block((0.0, 0.0, 0.0), (2 * dx, 2 * dx, 0.0), name="wall", **common)
-        wall.m[:] = 0.0  # no wall, but an array for it
+        wall.m[:] = 0.0  # there is no wall, but an array is needed
         scheme.setup_properties([fluid, wall])
         gradient = np.array([[self.strain, -self.spin], [self.spin, -self.strain]])
         drift = np.array(self.drift)

@@ -1,4 +1,4 @@
-"""Stefan problem: vapour over a hot wall eats into liquid at saturation, at equal density."""
+"""Stefan problem: a layer of vapour on a hot wall grows into liquid at saturation, at equal density."""
 import math
 from dataclasses import dataclass
 
@@ -21,16 +21,16 @@ WIDTH = 8  # spacings across the periodic direction
 
 
 def front_constant(stefan):
-    """lambda of the front delta = 2 lambda sqrt(alpha t); ``stefan`` = c_v dT/L."""
+    """The constant lambda of the front delta = 2 lambda sqrt(alpha t); ``stefan`` = c_v dT/L."""
     return brentq(lambda x: math.sqrt(math.pi) * x * math.exp(x * x) * math.erf(x) - stefan, 1e-9, 5.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stefan(Problem):
-    """Vapour from ``start`` of its final thickness to ``layers`` spacings; particles stand still.
+    """A layer of vapour grows from ``start`` of its final thickness to ``layers`` spacings; particles do not move.
 
-    ``front``: error of the thickness, stored latent heat counted; ``growth``: of what it has gained since the start;
-    ``energy``: change of enthalpy over what the wall gave, minus 1.
+    Errors: ``front``, of the thickness including stored latent heat; ``growth``, of its increase since the start;
+    ``energy``, the change of enthalpy over the heat from the wall, minus 1.
     """
 
     title = "Stefan problem"
@@ -38,16 +38,16 @@ class Stefan(Problem):
                  "1959, section 11.2")
 
     stefan: float = 0.5
-    layers: int = 20  # of vapour at the end
+    layers: int = 20  # layers of vapour at the end
     start: float = 0.2  # of the final thickness
-    hdx: float = 1.3  # the lattice constant of 1.2 is .981: no refinement would take that away
+    hdx: float = 1.3  # with 1.2 the lattice constant is .981, an error that refinement does not reduce
     thickness: float = 0.01  # m, at the end
     superheat: float = 20.0  # K, of the wall
 
     def run(self):
         spacing, water = self.thickness / self.layers, WATER_1ATM
         material = water.with_(name="test fluid", L=water.c_v * self.superheat / self.stefan, c_l=water.c_v,
-                               k_l=water.k_v)  # liquid at saturation conducts nothing; as it is, it would cost steps
+                               k_l=water.k_v)  # irrelevant at saturation; the true value needs more steps
         scheme = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=spacing, hdx=self.hdx, material=material,
                                density=None, heat=HeatConduction(),
                                heater=Heater(temperature=material.T_sat + self.superheat), phases=PhaseChange())

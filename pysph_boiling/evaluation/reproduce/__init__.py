@@ -1,5 +1,5 @@
-"""The paper, reproduced: the simulations behind each figure and table, drawn, measured and held against its statements.
+"""Reproduction of the paper: simulations for each figure and table, drawn, measured and compared with its statements.
 
-One module per group of figures; each defines :class:`~pysph_boiling.evaluation.reproduce.figure.Figure` subclasses.
-``runs`` keeps and continues the simulations.
+There is one module per group of figures, which defines subclasses of
+:class:`~pysph_boiling.evaluation.reproduce.figure.Figure`. The module ``runs`` stores and continues the simulations.
 """

@@ -12,21 +12,21 @@ from pysph_boiling.report.sections import Picture, Table, bound, judged, spread,
 
 __all__ = ["Figure5", "Figure6", "energy_parts", "settled"]
 
-FIRED = 0.01  # of all particles: from that share on a burst is large
-FAST = 0.5  # s; in which half of all vapour must have formed in an explosion, and beyond which bursts are continuous
-USED = 0.75  # share of the excess sensible heat that must have gone when vapour peaks
-SWOLLEN, SETTLED = 0.05, 0.5  # rise of the level; share of that rise left at the end
-CALMED = 0.5  # share of the highest superheat that may be left when vapour peaks
-PAID = 1.75  # of the swelling that the excess heat pays for: bubbles swing together, drops fly, voids open
-SUNK = -0.2  # share of the rise: a pool that ends lower has lost volume
-CLOSED = 1e-10  # energy that may be unaccounted for, relative to the excess at the start
+FIRED = 0.01  # smallest fraction of all particles in a large burst
+FAST = 0.5  # s; an explosion makes half of all vapour in this time; bursts that last longer are continuous
+USED = 0.75  # fraction of the excess sensible heat that must be used when the vapour peaks
+SWOLLEN, SETTLED = 0.05, 0.5  # smallest rise of the level; largest fraction of that rise left at the end
+CALMED = 0.5  # largest fraction of the highest superheat left when the vapour peaks
+PAID = 1.75  # rise over that from the excess heat: bubbles oscillate in phase, drops fly, voids open
+SUNK = -0.2  # lowest final level as a fraction of the rise: a pool that ends lower has lost volume
+CLOSED = 1e-10  # largest energy that is unaccounted for, relative to the excess at the start
 
 SEEDS = {True: (1, 2), False: (1, 2, 3)}
 QUICK = ("--flat", "--width", "24", "--fill", "16", "--duration", "0.7", "--frame", "0.0333")
 
 
 def explosions(quick, *options, name="explosive"):
-    """One run a seed; ``options`` come on top of the scene's defaults."""
+    """One run per seed; ``options`` are added to the scene's defaults."""
     size = QUICK if quick else ()
     return [Run(f"{name}{'_quick' if quick else ''}_{seed}", "explosive_boiling",
                 (*size, "--seed", str(seed), *options)) for seed in SEEDS[quick]]
@@ -39,13 +39,13 @@ def without_oscillation(quick):
 # --- what is measured -------------------------------------------------------------------------------------------------
 
 def energy_parts(m, e, phase, e_lat, material=WATER_1ATM):
-    """Enthalpy [J] of particles by kind: a dict that adds up to sum(m e).
+    """Enthalpy [J] of the particles by kind: a dict whose values add up to sum(m e).
 
     Parameters
     ----------
     m, e : array (n,)      Mass [kg] and specific enthalpy [J/kg].
     phase : array (n,)     See :class:`~pysph_boiling.phases.Phase`.
-    e_lat : array (n,)     Latent heat that interrupted particles hold [J/kg].
+    e_lat : array (n,)     Latent heat held by interrupted particles [J/kg].
     """
     hot, vapour = phase == Phase.SUPERHEATED, phase == Phase.VAPOUR
     held = np.where(hot, np.minimum(e, e_lat), 0.0)
@@ -67,14 +67,14 @@ def parts_of(result, t):
 
 
 def settled(t, level):
-    """(swelling, its time [s], share of it that is left at the end) of a level; swelling relative to the start."""
+    """(swelling relative to the start, its time [s], the fraction of it left at the end) of a level over time."""
     rise = np.asarray(level) / level[0] - 1.0
     peak = int(np.argmax(rise))
     return float(rise[peak]), float(t[peak]), float(rise[-1] / rise[peak]) if rise[peak] > 0.0 else 0.0
 
 
 def measure(result):
-    """Figures of one explosion, by name."""
+    """The measured quantities of one explosion, by name."""
     table = result.table
     total = result.record["particles"]["fluid"]
     made = table["n_burst"] + table["n_nucleated"]
@@ -89,8 +89,8 @@ def measure(result):
     swelling, t_swelling, left = settled(t, level)
     return {
         "burst": float(table["n_burst"][-1]), "share": float(table["n_burst"][-1]) / total,
-        # what the excess heat pays for, as share of all particles and as rise of the level; and the time in which
-        # inertia lets a bubble grow to the size of a particle (Rayleigh): what is faster is no growth
+        # vapour that the excess heat can make, as a fraction of all particles and as a rise of the level; and the time
+        # that a bubble needs to grow to the size of a particle against inertia (Rayleigh)
         "paid": before[excess] / (material.L * mass), "swell": before[excess] / (material.L * mass) * (v_exp - 1.0),
         "inertia": result.record["spacing"] / math.sqrt(
             2.0 / 3.0 * material.L * material.rho_v * (float(table["T_max"][0]) - material.T_sat)
@@ -109,21 +109,21 @@ def measure(result):
 # --- what is drawn ----------------------------------------------------------------------------------------------------
 
 def moments(row):
-    """Times [s] worth a picture: the start, the onset, growth, the level's peak, the surface breaking, the end.
+    """Times [s] of the pictures: the start, the onset, growth, the level's peak, the surface breaking, and the end.
 
-    ``row`` is what :func:`measure` says of the run.
+    ``row`` is the result of :func:`measure` for the run.
     """
     peak, end = row["t_swelling"], row["t"][-1]
     return [0.0, 0.25 * peak, 0.6 * peak, peak, min(1.6 * peak, end), end]
 
 
 def percent(rows, name):
-    """Text for a share over an ensemble."""
+    """Text for a fraction over an ensemble, in per cent."""
     return spread((100.0 * row[name] for row in rows), "%")
 
 
 def draw_history(figures, path, csv):
-    """Level and counts over time, an ensemble for each of ``figures``: label -> (results, measures, colour)."""
+    """Draw level and counts over time for the ensembles in ``figures``: label -> (results, measures, colour)."""
     from pysph_boiling.report.pictures import band, plot
 
     columns = {"t [s]": next(iter(figures.values()))[1][0]["t"]}
@@ -150,7 +150,7 @@ def draw_history(figures, path, csv):
 
 
 def balance_table(row):
-    """The energy of one explosion, before and at the peak of vapour."""
+    """A table of the energy of one explosion, before the burst and at the peak of vapour."""
     before, after = row["before"], row["after"]
     rows = [[name, f"{value:.4g}", f"{after[name]:.4g}", f"{after[name] - value:+.4g}"]
             for name, value in before.items()]
@@ -158,7 +158,7 @@ def balance_table(row):
     start, end = sum(before.values()), sum(after.values()) + row["lid"]
     rows.append(["sum", f"{start:.6g}", f"{end:.6g}", f"{end - start:+.1e}"])
     return Table(("energy [J]", "before the burst", f"at t = {row['t_peak']:.2f} s", "change"), rows,
-                 "Energy balance of the burst, from the particle files of the first seed and the ledger. In 2-D per "
+                 "Energy balance of the burst, from the particle files of the first seed and the ledger; in 2-D, per "
                  "metre of depth.")
 
 
@@ -179,8 +179,9 @@ class Figure5(Figure):
         rows = [measure(result) for result in results]
         times = moments(rows[0])
         pictures = [sheet([(results[0], t, "") for t in times], folder / "moments.png",
-                          "A superheated layer without sites bursts: the pool foams, swells, breaks the surface and "
-                          "settles. Vapour is red, superheated liquid orange, liquid that stores latent heat yellow.")]
+                          "A superheated layer without sites bursts: the pool foams and swells, vapour breaks through "
+                          "the surface, and the pool settles. Vapour is red, superheated liquid orange, and liquid "
+                          "that stores latent heat yellow.")]
         if not quick:
             for number, t in enumerate(times[1:5]):
                 pictures.append(rendered(results[0], t, folder / f"surface_{number}.png",
@@ -188,8 +189,8 @@ class Figure5(Figure):
             pictures.append(movie(results[0], folder / "explosion.mp4", "The explosion."))
         data = [draw_history({"with oscillation": (results, rows, BLUE)}, folder / "history.png",
                              folder / "history.csv")]
-        pictures.append(Picture("history.png", "Level, vapour and vapour made by dynamic nucleation: mean over the "
-                                               "seeds, and range."))
+        pictures.append(Picture("history.png", "Level, vapour, and vapour made by dynamic nucleation: mean and range "
+                                               "over the seeds."))
         return self.section(pictures=pictures, tables=[balance_table(rows[0])], data=data, statements=[
             judged("Superheated liquid bursts by itself into bubbles",
                       f"{spread(row['burst'] for row in rows)} particles, {percent(rows, 'share')} "
@@ -197,12 +198,12 @@ class Figure5(Figure):
                       f"without a site; {spread(row['nucleated'] for row in rows)} more grew on them",
                       [bound("share of all particles", [row["share"]], FIRED, row["paid"]) for row in rows]),
             judged("It is explosive: bubbles form quickly",
-                      f"half of all vapour is there after {spread((row['half'] for row in rows), 's')}",
+                      f"half of all vapour has formed after {spread((row['half'] for row in rows), 's')}",
                       [bound("time of half the vapour in s", [row["half"]], row["inertia"], FAST) for row in rows]),
             judged("The burst turns excess sensible heat into latent heat and restores thermal stability",
                       f"at the peak of vapour {percent(rows, 'used')} of the excess sensible "
-                      f"heat is gone, {percent(rows, 'latent')} of it is in vapour (the rest "
-                      "is latent heat stored in liquid beside it, and has warmed cold liquid); the highest superheat "
+                      f"heat is used, {percent(rows, 'latent')} of it is latent heat of vapour (the rest is stored as "
+                      "latent heat in the liquid around it, or has warmed cold liquid); the highest superheat "
                       f"fell from {spread(row['T_start'] - WATER_1ATM.T_sat for row in rows)} to "
                       f"{spread((row['T_end'] - WATER_1ATM.T_sat for row in rows), 'K')}",
                       [bound("share that is gone", [row["used"] for row in rows], USED, 1.0),
@@ -215,7 +216,7 @@ class Figure5(Figure):
                                PAID * row["swell"]) for row in rows),
                        bound("share left", [row["left"] for row in rows], SUNK, SETTLED)]),
             judged("Energy is conserved in the burst: excess sensible heat before = latent heat after + rest",
-                      f"unaccounted for, relative to the excess: at most {max(row['gap'] for row in rows):.1e}",
+                      f"energy unaccounted for, relative to the excess: at most {max(row['gap'] for row in rows):.1e}",
                       [bound("unaccounted share", [row["gap"] for row in rows], 0.0, CLOSED)]),
         ])
 
@@ -239,33 +240,33 @@ class Figure6(Figure):
         cells = [(result, times[k], title) for k in (1, 2, 3, 4)
                  for result, title in ((on[0], "with oscillation"), (off[0], "without"))]
         pictures = [sheet(cells, folder / "moments.png", "The same explosion with the oscillation constraint (first "
-                          "and third column) and without it (second and fourth), at equal times.", columns=4)]
+                          "and third column) and without it (second and fourth column) at equal times.", columns=4)]
         if not quick:
             pictures.append(rendered(off[0], times[3], folder / "surface.png",
                                      f"Without oscillation, the surface and the bubbles at t = {times[3]:.2f} s."))
             pictures.append(movie(off[0], folder / "explosion.mp4", "The explosion without oscillation."))
         data = [draw_history({"with oscillation": (on, on_rows, BLUE), "without": (off, off_rows, ORANGE)},
                              folder / "history.png", folder / "history.csv")]
-        pictures.append(Picture("history.png", "Level, vapour and vapour made by dynamic nucleation, with and without "
-                                               "oscillation: mean over the seeds, and range."))
+        pictures.append(Picture("history.png", "Level, vapour, and vapour made by dynamic nucleation, with and without "
+                                               "oscillation: mean and range over the seeds."))
         ratios = [without["burst"] / row["burst"] for without, row in zip(off_rows, on_rows)]
         text = (f"The level rises by {percent(on_rows, 'swelling')} with oscillation and by "
-                f"{percent(off_rows, 'swelling')} without it, of which the paper says nothing.")
+                f"{percent(off_rows, 'swelling')} without it; the paper does not compare the levels.")
         return self.section(pictures=pictures, tables=[balance_table(off_rows[0])], data=data, text=text, statements=[
             judged("Without oscillation superheated regions still burst by themselves",
                       f"{spread(row['burst'] for row in off_rows)} particles became vapour by dynamic nucleation, "
-                      f"{spread(row['burst'] for row in on_rows)} with oscillation; without over with, seed by seed: "
+                      f"{spread(row['burst'] for row in on_rows)} with oscillation; the ratio per seed is "
                       f"{spread(ratios)}",
                       [bound("ratio", ratios, 0.5, 2.0),
                        *(bound("share of all particles", [row["share"]], FIRED, row["paid"]) for row in off_rows)]),
             judged("Nucleation is continuous",
                       f"the last particle bursts after {spread((row['last'] for row in off_rows), 's')}",
                       [bound("last burst in s", [row["last"]], FAST, row["t"][-1]) for row in off_rows],
-                      "nothing heats this vessel, so that its heat is spent in the "
-                      "first bursts and in the growth of their bubbles"),
+                      "this vessel is not heated, so its heat is used up by the "
+                      "first bursts and the growth of their bubbles"),
             judged("A large amount of excess sensible heat becomes latent heat",
                       f"at the peak of vapour {percent(off_rows, 'used')} of the excess "
-                      f"sensible heat is gone, {percent(off_rows, 'latent')} of it is in "
+                      f"sensible heat is used, {percent(off_rows, 'latent')} of it is latent heat of "
                       "vapour",
                       [bound("share that is gone", [row["used"] for row in off_rows], USED, 1.0)]),
             judged("Dynamic nucleation alone has the potential to restore thermal stability",

@@ -1,7 +1,7 @@
-"""What a figure or table of the paper is here: the runs it needs, what is drawn from them, what it says of the paper.
+"""The base class for figures and tables of the paper: the runs they need, the pictures and the comparison.
 
-A figure is one subclass of :class:`Figure`, registered under its key by being defined. It must not import what only
-drawing needs before it draws.
+A figure is a subclass of :class:`Figure`, which is registered under its key when it is defined. Modules that are only
+needed for drawing must be imported when it draws.
 """
 from importlib import import_module
 
@@ -14,15 +14,15 @@ MODULES = ("sites", "states", "steady", "explosive", "single_bubbles", "modes", 
 
 
 class Figure:
-    """One figure or table of the paper; ``key`` as typed on the command line, such as ``fig14``.
+    """One figure or table of the paper; ``key`` is its name on the command line, such as ``fig14``.
 
-    Subclasses set ``key`` and ``title`` and override :meth:`runs` (nothing to run: leave it) and :meth:`make`. Figures
-    that share runs give them the same name and options.
+    Subclasses set ``key`` and ``title`` and override :meth:`make`, and :meth:`runs` if they need any. Figures that
+    share runs give them the same name and options.
     """
 
     key = ""
     title = ""
-    reads_others = False  # whether it reads the sections of other figures, and so comes after them
+    reads_others = False  # whether it reads the sections of other figures and must be made after them
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -30,14 +30,15 @@ class Figure:
             FIGURES[cls.key] = cls
 
     def runs(self, quick):
-        """The :class:`~pysph_boiling.evaluation.reproduce.runs.Run` s it needs, small ones if ``quick``."""
+        """List of the :class:`~pysph_boiling.evaluation.reproduce.runs.Run` it needs, small ones if ``quick``."""
         return []
 
     def make(self, results, folder, quick):
         """Draw and measure; returns the :class:`Section`.
 
         ``results`` maps the name of each of :meth:`runs` to its
-        :class:`~pysph_boiling.evaluation.reproduce.runs.Result`; ``folder`` exists and takes pictures and data files.
+        :class:`~pysph_boiling.evaluation.reproduce.runs.Result`; pictures and data are written to the existing
+        ``folder``.
         """
         raise TypeError(f"{type(self).__name__} must override make")
 
@@ -47,7 +48,7 @@ class Figure:
 
 
 def figures():
-    """Key -> class of every figure, in the paper's order: figures, then tables."""
+    """Key -> class of every figure in the order of the paper, first figures and then tables."""
     for module in MODULES:
         import_module(f"pysph_boiling.evaluation.reproduce.{module}")
 

@@ -20,12 +20,12 @@ __all__ = ["NAMES", "ModesCounts", "ModesPictures", "bounded", "onset"]
 
 NAMES = {"dynamic": "ours", "gu": "Gu et al.", "li_xiao": "Li & Xiao"}
 COLOURS = {"dynamic": ORANGE, "gu": BLUE, "li_xiao": PURPLE}
-CRITICAL = 647.1  # K, of water: hotter is no liquid
-BOUNDED = 1.15  # the mean of the last third over that of the middle third
+CRITICAL = 647.1  # K, critical temperature of water
+BOUNDED = 1.15  # largest ratio of the mean of the last third to that of the middle third
 
 
 def bounded(table, column):
-    """(bool, ratio): whether a column stops growing, by its mean over the last third and that over the middle third."""
+    """(bool, ratio): whether a column stops growing, from the ratio of its means over the last and the middle third."""
     t = float(table["t"][-1])
     middle = mean_between(table, column, t / 3.0, 2.0 * t / 3.0)
     last = mean_between(table, column, 2.0 * t / 3.0, t)
@@ -34,7 +34,7 @@ def bounded(table, column):
 
 
 def onset(table):
-    """When there is vapour for the first time [s]; the end where there never is."""
+    """Time of the first vapour [s]; the end of the run if there is none."""
     boiling = np.flatnonzero(table["n_vapour"] > 0)
     return float(table["t"][boiling[0] if len(boiling) else -1])
 
@@ -59,7 +59,7 @@ class ModesPictures(Figure):
         cells = [(groups[mode][0].result, share * end, f"{name}") for mode, name in NAMES.items()
                  for share in (0.4, 0.6, 0.8)]
         pictures = [sheet(cells, folder / "modes.png", "One vessel at three times (columns) in three models (rows). "
-                          "In that of Li & Xiao all sites emit within the same few tenths of a second, then wait.",
+                          "In the model of Li & Xiao all sites emit within a few tenths of a second, and then wait.",
                           columns=3)]
         if not quick:
             pictures += [rendered(groups[mode][0].result, 0.8 * end, folder / f"{mode}.png",
@@ -79,16 +79,16 @@ class ModesPictures(Figure):
         sites = counts(quick)[2]
         statements = [judged(
             "In the model of Li & Xiao the number of bubbles is limited by the number of sites; it is not in ours.",
-            f"Bubbles at a time, second half, with {sites} sites: {spread(bubbles['li_xiao'])} in theirs, "
+            f"Number of bubbles in the second half with {sites} sites: {spread(bubbles['li_xiao'])} in theirs, "
             f"{spread(bubbles['dynamic'])} in ours, {spread(bubbles['gu'])} in that of Gu et al.",
             [bound("theirs a site", [n / sites for n in bubbles["li_xiao"]], 0.01, 1.0),
-             bound("ours a site", [n / sites for n in bubbles["dynamic"]], 1.0, 20.0)],  # more is a foam of particles
-            "In the small form theirs has hardly begun to boil." if quick else
-            "Theirs emits whole bubbles, of which several may be on their way up from one site.", not quick)]
+             bound("ours a site", [n / sites for n in bubbles["dynamic"]], 1.0, 20.0)],  # more would be a foam
+            "In the small form their model has hardly begun to boil." if quick else
+            "Their model emits whole bubbles, and several bubbles from one site may be rising at a time.", not quick)]
         return self.section(
             pictures=pictures, statements=statements, data=["bubbles.csv"],
             tables=[Table(("model", "bubbles at a time", "net vapour [1/s]", "vented [1/s]"), rows,
-                          "Second half; mean (range) over the seeds.")])
+                          "Means over the second half of the runs; mean (range) over the seeds.")])
 
 
 class ModesCounts(ModesPictures):
@@ -126,21 +126,21 @@ class ModesCounts(ModesPictures):
                    [bound("superheated particles", [none], 0, 0), bound("share that is vapour, second half", [
                        mean_between(one.table, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)]),
             judged("Ours superheats, and dynamic nucleation keeps that bounded.",
-                      f"{spread(count['dynamic'])} superheated particles in the second half; the last third over the "
-                      f"middle third is {spread([ratio for _, ratio in ours])}; vapour "
-                      f"from {spread(starts['dynamic'])} s on, {spread(bursts)} % of it by dynamic nucleation.",
+                      f"{spread(count['dynamic'])} superheated particles in the second half; the ratio of the last to "
+                      f"the middle third is {spread([ratio for _, ratio in ours])}; the first vapour forms at "
+                      f"{spread(starts['dynamic'])} s, and dynamic nucleation makes {spread(bursts)} % of it.",
                    [bound("last over middle third", [ratio for _, ratio in ours], 1.0 / BOUNDED, BOUNDED),
                     bound("share of all particles", [n / total for n in count["dynamic"]], 0.001, 0.5)],
                    "The pool still warms, so more of it is counted as superheated." if max(bursts) > 0.0 else
                    "No region burst: what bounds it is the sites.", conclusive=max(bursts) > 0.0),
             judged("Li & Xiao's superheats more liquid than ours once it boils.",
-                      f"{spread(count['li_xiao'])} superheated particles in the second half, ours "
-                      f"{spread(count['dynamic'])}; theirs grows by a factor {spread(theirs)} from the middle to the "
-                      f"last third, and makes vapour from {spread(starts['li_xiao'])} s on.",
+                      f"{spread(count['li_xiao'])} superheated particles in the second half, in ours "
+                      f"{spread(count['dynamic'])}; in theirs the number grows by a factor of {spread(theirs)} from "
+                      f"the middle to the last third, and the first vapour forms at {spread(starts['li_xiao'])} s.",
                    [bound("particles in theirs", count["li_xiao"], max(count["dynamic"]), total)]),
             judged("Nothing releases the excess energy there: it gets hotter than ours.",
-                      "Highest temperature of liquid or vapour, mean of the second half: "
-                      f"{spread(hottest['li_xiao'], digits=4)} K, ours {spread(hottest['dynamic'], digits=4)} K; "
+                      "Highest temperature of liquid or vapour, mean over the second half: "
+                      f"{spread(hottest['li_xiao'], digits=4)} K, in ours {spread(hottest['dynamic'], digits=4)} K; "
                       f"mean temperature {spread(warm['li_xiao'], digits=4)} and "
                       f"{spread(warm['dynamic'], digits=4)} K.",
                    [bound("temperature in theirs in K", hottest["li_xiao"], max(hottest["dynamic"]), CRITICAL)]),
@@ -148,8 +148,8 @@ class ModesCounts(ModesPictures):
         rows = [[NAMES[mode], *(spread(measured[mode], digits=4) for measured in (count, hottest, warm))]
                 for mode in NAMES]
         return self.section(
-            pictures=[Picture("superheated.png", "Superheated particles and highest temperature (that of vapour in the "
-                              "model of Gu et al.); mean and range over the seeds.")],
+            pictures=[Picture("superheated.png", "Superheated particles and highest temperature (in the model of Gu et "
+                              "al., that of vapour); mean and range over the seeds.")],
             tables=[Table(("model", "superheated particles", "highest temperature [K]", "mean temperature [K]"), rows,
                           "Means over the second half; mean (range) over the seeds.")],
             statements=statements, data=["superheated.csv"])

@@ -1,4 +1,4 @@
-"""Table 4: particles and time per frame of the six scenes, and what the paper observes in each of them."""
+"""Table 4: particles and time per frame of the six scenes, and the paper's observations in each of them."""
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ __all__ = ["PAPER", "Performance", "cost"]
 FRAME = 1.0 / 30.0  # [s]; the paper counts frames, and scenes of its kind show 30 a second
 
 class Scenario(NamedTuple):
-    """A row of the paper's Table 4, and the words that the statements of its figure which bear on it contain."""
+    """A row of the paper's Table 4, and words that identify the statements of its figure that support it."""
 
     name: str
     figure: str
@@ -43,14 +43,14 @@ TIMED = {  # scene -> options of a timed run: long enough for vapour to be there
     "explosive_boiling": ("--max-steps", "150"), "bubble_rise": ("--max-steps", "150"),
     "bubble_merge": ("--max-steps", "150"), "bubble_split": ("--max-steps", "150"),
 }
-EVEN = 1.5  # slowest over fastest scene [-] up to which they cost about the same
-SILENT = ("--pfreq", "100000")  # steps between particle files: none but the first and the last
+EVEN = 1.5  # largest ratio of the slowest to the fastest scene [-] at which they cost about the same
+SILENT = ("--pfreq", "100000")  # steps between particle files, so that only the first and the last are written
 
 
 class Performance(Figure):
-    """Timed runs of the paper's size, one at a time; the key observations are those that the figures measured.
+    """Timed runs of the paper's size, one at a time; the key observations come from the statements of the figures.
 
-    In the quick form small runs of the figures are timed, which share the machine.
+    The quick form times small runs of the figures, which share the machine.
     """
 
     key = "table4"
@@ -61,7 +61,7 @@ class Performance(Figure):
         return list(self.timed(quick).values())
 
     def timed(self, quick):
-        """Scene -> the run that is timed: its own, or one of its figure that leaves nothing out."""
+        """Scene -> the run that is timed: a run of its own, or the complete run of its figure."""
         if not quick:
             return {scene: Run(f"timed_{scene}", scene, (*options, *SILENT), alone=True)
                     for scene, options in TIMED.items()}
@@ -81,18 +81,18 @@ class Performance(Figure):
         draw_stages({PAPER[scene].name: record for scene, record in timed.items()}, folder / "stages.png")
         found = observed(folder.parent)
         return self.section(
-            pictures=[Picture("stages.png", "Where the time of a frame goes, by stage of a step.")],
+            pictures=[Picture("stages.png", "Computing time of a frame by stage of the time step.")],
             tables=[Table(columns, rows, f"A frame is 1/{1.0 / FRAME:.0f} s of simulated time. {machine(timed)}"),
                     *observation_table(found)],
             data=[write_csv(folder / "performance.csv", dict(zip(columns, zip(*rows))))],
             statements=[*rates(costs, quick), *observations(found)],
-            text="Small scenes that share the machine are timed here; the full form times each scene of the paper's "
-            "size alone." if quick else "Each scene was timed alone, over its first moments, without pictures and "
+            text="This times small scenes that share the machine; the full form times each scene alone, in the size of "
+            "the paper." if quick else "Each scene was timed alone, at its beginning, without pictures and "
             "intermediate output.")
 
 
 def cost(record):
-    """Time of a frame, and what it is made of, from ``run.json``."""
+    """Computing time of a frame and of its parts, from ``run.json``."""
     step, steps = record["timed"]["seconds"] / record["timed"]["steps"], FRAME / record["dt"]
     stages = {name: value * steps / record["timed"]["steps"] for name, value in record["wall_time"].items()
               if name != "unit"}
@@ -101,13 +101,13 @@ def cost(record):
 
 
 def machine(timed):
-    """Sentence on the machines of these runs."""
+    """A sentence on the machines of these runs."""
     made = {f"{record['processor']} ({record['machine']})" for record in timed.values()}
     return f"Timed on {', '.join(sorted(made))}."
 
 
 def draw_stages(records, path):
-    """Bars: seconds of a frame by stage, one bar a scene."""
+    """Draw one bar per scene with the seconds of a frame by stage."""
     from matplotlib import colormaps
 
     stages = [name for name in ("search", *(stage.name for stage in STAGES))
@@ -140,15 +140,16 @@ def rates(costs, quick):
         Statement(
             f"20k particles run at {min(paper)} to {max(paper)} frames per second on an RTX 2060.",
             f"{min(own):.2g} to {max(own):.2g} frames per second" + (" of small scenes" if quick else ""), None,
-            "Another machine, and other work: a processor in double precision, and steps short enough for water 26 "
-            "particles deep to stay incompressible; the paper does not say how many steps its frames have."),
+            "The machine and the work differ: here a processor computes in double precision, with time steps short "
+            "enough to keep water of 26 particles depth incompressible; the paper does not give its number of steps "
+            "per frame."),
         Statement(f"The scenes cost about the same: the fastest runs {max(paper) / min(paper):.2f} times as fast as "
                   "the slowest.", "not timed alone" if quick else f"{ratio:.2f} times (agrees up to {EVEN:g} times)",
                   alike,
                   "" if alike in (None, True) else
-                  f"{PAPER[slow].name} takes {costs[slow]['frame']:.2f} s a frame in {costs[slow]['steps']:.0f} steps, "
-                  f"{PAPER[fast].name.lower()} {costs[fast]['frame']:.2f} s in {costs[fast]['steps']:.0f}; the largest "
-                  f"part of the difference, {more[most]:.2f} s, is the stage '{most}'."),
+                  f"{PAPER[slow].name} takes {costs[slow]['frame']:.2f} s per frame with {costs[slow]['steps']:.0f} "
+                  f"steps, {PAPER[fast].name.lower()} {costs[fast]['frame']:.2f} s with {costs[fast]['steps']:.0f}; "
+                  f"the largest part of the difference, {more[most]:.2f} s, is the stage '{most}'."),
     ]
 
 
@@ -156,7 +157,7 @@ def rates(costs, quick):
 
 
 def observed(root):
-    """Scene -> the statements of its figure that bear on the key observation, empty where it was not made yet."""
+    """Scene -> the statements of its figure that support the key observation; empty if it was not made yet."""
     found = {}
     for scene, row in PAPER.items():
         made = Section.load(root / row.figure).statements if (root / row.figure / "section.json").exists() else []
@@ -168,13 +169,13 @@ def observed(root):
 
 
 def observations(found):
-    """A statement for each key observation: it agrees if all that bear on it do, and disagrees if one of them does."""
+    """A statement for each key observation: it agrees if all of its statements agree, and disagrees if one does not."""
     rows = []
     for scene, statements in found.items():
         row, verdicts = PAPER[scene], [one.agrees for one in statements]
         rows.append(Statement(
             f"{row.name}: {row.observation}",
-            f"Of what was measured for {label(row.figure)}, {counts(statements)}; the table below lists it."
+            f"Of the statements measured for {label(row.figure)}, {counts(statements)}; the table below lists them."
             if verdicts else f"{label(row.figure)} was not made yet.",
             False if False in verdicts else True if verdicts and all(verdicts) else None,
             " ".join(sentence(one.why) for one in statements if one.why and one.agrees is not True)))
@@ -182,7 +183,7 @@ def observations(found):
 
 
 def observation_table(found):
-    """What was measured for each key observation, as a table; none if nothing was."""
+    """List with a table of the statements for each key observation; empty if none was measured."""
     rows = [(PAPER[scene].name, one.paper, one.ours, VERDICTS[one.agrees]) for scene, statements in found.items()
             for one in statements]
     columns, caption = ("scene", "statement", "ours", "verdict"), "What the key observations rest on: statements above"

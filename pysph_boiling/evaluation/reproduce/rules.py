@@ -1,6 +1,6 @@
-"""The rules of phase change on a handful of particles: the kernels of a scheme, run as plain Python.
+"""The rules of phase change on a few particles: the kernels of a scheme, run as plain Python.
 
-Nothing is compiled, so what a table says of the model can be asked of the model whenever the table is made.
+Nothing is compiled, so a table about the model can be computed from the model itself whenever it is made.
 """
 from inspect import signature
 from types import FunctionType
@@ -26,9 +26,9 @@ __all__ = ["Toy", "call", "evaluate"]
 
 
 class Toy:
-    """A small block of liquid in 2-D, with one site under its middle or out of reach, in one of the modes.
+    """A small 2-D block of liquid with one site, under its middle or out of reach, in one of the modes.
 
-    The particles do not move; ``step`` evaluates phases and dynamic nucleation once.
+    The particles do not move; ``step`` evaluates phases and dynamic nucleation.
     """
 
     DX = 0.002  # spacing [m]
@@ -66,9 +66,9 @@ class Toy:
 
 
 def evaluate(scheme, stage, arrays, dt):
-    """Evaluate one stage of a scheme on its arrays, as PySPH would: group by group, kernel by kernel, but in Python.
+    """Evaluate one stage of a scheme on its arrays group by group and kernel by kernel, as PySPH does, but in Python.
 
-    Limits: stages that do not iterate; no periodic domain; slow.
+    Limits: only stages that do not iterate; no periodic domain; slow.
     """
     terms = scheme.terms()
     for block in next(one for one in STAGES if one.name == stage).blocks:
@@ -116,5 +116,5 @@ def _values(pa, name):
 
 
 def _cast(value, kind):
-    """A C cast, of which Python knows two kinds."""
+    """A C cast to an integer or a floating-point number."""
     return float(value) if kind in ("float", "double") else int(value)

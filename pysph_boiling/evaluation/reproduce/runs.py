@@ -1,4 +1,4 @@
-"""Simulations that a figure asks for: started once, kept, continued where they were interrupted."""
+"""The simulations of the figures: each is started once, stored, and continued if it was interrupted."""
 import json
 import os
 import sys
@@ -21,8 +21,8 @@ __all__ = ["Result", "Run", "perform"]
 class Run:
     """One simulation: a scene and its command-line options.
 
-    ``name`` is that of its folder, and the same wherever several figures use the run; ``alone`` keeps other runs from
-    the machine while this one is timed.
+    ``name`` is the name of its folder, and is the same in all figures that use the run. ``alone`` means that no other
+    run may use the machine, because this one is timed.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Run:
 
     @property
     def command(self):
-        """What a reader would type."""
+        """The command that a user would type for this run."""
         return " ".join(["pysph-boiling", "run", self.scene, *self.options])
 
 
@@ -59,7 +59,7 @@ class Result:
 
     @cached_property
     def times(self):
-        """Time [s] of each output file, from its header: to load it takes a hundred times as long."""
+        """Time [s] of each output file, read from its header, which is a hundred times faster than loading it."""
         import h5py
 
         def time_of(file):
@@ -76,17 +76,17 @@ class Result:
 
 
 def wanted(run):
-    """What a run is: its command, and every parameter that it leads to, so that changed defaults start it anew."""
+    """The command of a run and all parameters that follow from it, so that changed defaults start it again."""
     return f"{run.command}\n{scene_class(run.scene)().resolve(run.options)}\n"
 
 
 def build(run):
-    """What decides on the modules that a run compiles: its scene, and its options but for their numbers."""
+    """What decides which modules a run compiles: its scene, and its options without their numbers."""
     return run.scene, *(token for token in run.options if not token.replace(".", "", 1).isdigit())
 
 
 def finished(run, folder):
-    """Whether ``folder`` holds this very run, complete."""
+    """Whether ``folder`` holds exactly this run, and it is complete."""
     record, marker = Path(folder) / "run.json", Path(folder) / "asked.txt"
     return (record.exists() and marker.exists() and marker.read_text() == wanted(run)
             and bool(json.loads(record.read_text())["completed"]))

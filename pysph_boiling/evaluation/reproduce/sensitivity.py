@@ -1,4 +1,4 @@
-"""Table 3: how much the empirical constants matter."""
+"""Table 3: the sensitivity to the empirical constants."""
 import math
 from dataclasses import dataclass
 
@@ -12,9 +12,9 @@ from pysph_boiling.report.sections import Picture, Statement, Table, spread, wri
 
 __all__ = ["Table3", "amplitude_and_period", "bounds", "grade", "sensitivity"]
 
-LOW, MODERATE = 0.3, 1.0  # of the sensitivity: below LOW low, up to MODERATE moderate, above high
-SKIPPED = 0.25  # share of the time that is left out: the bubble finds its shape
-PERIODS, TOLD = np.geomspace(0.05, 0.5, 120), 0.3  # [s], and share of the variance
+LOW, MODERATE = 0.3, 1.0  # a sensitivity is low below LOW, moderate up to MODERATE, and high above
+SKIPPED = 0.25  # fraction of the time that is left out, in which the bubble finds its shape
+PERIODS, TOLD = np.geomspace(0.05, 0.5, 120), 0.3  # periods to try [s], smallest fraction of the variance explained
 LENGTH, NATURAL = 2.0, {2: 0.3761, 3: 0.4653}  # spacings; unit of the paper's radii, and radius at rest / N^(1/dim)
 
 PAPER = {"r_min": 0.45, "r_max": 0.85, "k_model": 0.05}
@@ -32,7 +32,7 @@ SAYS = {"r_min": "low", "r_max": "low", "k_model": "moderate", "omega": "low", "
 
 @dataclass(frozen=True)
 class Bubble:
-    """The scene ``bubble_held``, in the form that its options give."""
+    """The scene ``bubble_held`` with the given options."""
 
     dim: int
     diameter: float  # in spacings
@@ -40,7 +40,7 @@ class Bubble:
 
     @property
     def n(self):
-        """Particles in it: its centre is a corner of the lattice."""
+        """Number of its particles; the centre of the bubble is a corner of the lattice."""
         axis = np.arange(-math.ceil(self.diameter), math.ceil(self.diameter)) + 0.5
         grid = np.meshgrid(*[axis] * self.dim)
         return int(np.count_nonzero(sum(x * x for x in grid) < 0.25 * self.diameter**2))
@@ -51,10 +51,10 @@ def bubble(quick):
 
 
 def explosion(quick):
-    """A superheated pool whose regions hold 17 m_p L; in 3-D, as in 2-D none holds 10 below the critical point.
+    """A superheated pool (3-D) whose regions hold 17 m_p L; in 2-D no region can hold 10 below the critical point.
 
-    It ends once all has burst that will, before the scene's end and so without its final check: too high a threshold
-    suppresses the explosion, and that is an answer here.
+    The run ends after all bursts, before the end of the scene, and so without its final check: a high threshold
+    suppresses the explosion, which is a valid result here.
     """
     size = ("--width", "10", "--fill", "10", "--max-steps", "40") if quick else (
         "--width", "14", "--fill", "16", "--max-steps", "200")
@@ -62,7 +62,7 @@ def explosion(quick):
 
 
 def bounds(n, dim, r_min=PAPER["r_min"], r_max=PAPER["r_max"], k_model=PAPER["k_model"]):
-    """The paper's bounds of the mean radius of a bubble of n particles, in units of its radius at rest."""
+    """The paper's bounds for the mean radius of a bubble of n particles, in units of its radius at rest."""
     at_rest = NATURAL[dim] * n ** (1.0 / dim)
     return tuple((start + k_model * n ** (1.0 / 3.0)) * LENGTH / at_rest for start in (r_min, r_max))
 
@@ -72,7 +72,7 @@ def bounds(n, dim, r_min=PAPER["r_min"], r_max=PAPER["r_max"], k_model=PAPER["k_
 def amplitude_and_period(result):
     """Relative amplitude and period [s] of the mean radius of the bubble (the paper, eq. 24), once it has settled.
 
-    The period is NaN where no single one explains ``TOLD`` of what the radius does.
+    The period is NaN if no single period explains the fraction ``TOLD`` of the variance of the radius.
     """
     history = track(result.files, result.record["dim"], WATER_1ATM.rho_l)
     keep = history["t"] >= SKIPPED * history["t"][-1]
@@ -81,9 +81,9 @@ def amplitude_and_period(result):
 
 
 def sensitivity(values, outputs):
-    """Relative change of an output per relative change of a parameter: slope of log output over log parameter.
+    """Relative change of an output per relative change of a parameter: the slope of log output over log parameter.
 
-    Outputs that are not above 0 have no logarithm and are left out; NaN where less than two are left.
+    Outputs <= 0 have no logarithm and are left out; NaN if fewer than two are left.
     """
     values, outputs = np.asarray(values, float), np.asarray(outputs, float)
     told = outputs > 0.0
@@ -93,7 +93,7 @@ def sensitivity(values, outputs):
 
 
 def grade(slope):
-    """The paper's words for a sensitivity."""
+    """The paper's word for a sensitivity: low, moderate or high."""
     size = abs(slope)
     if math.isnan(size):
         return "not told"
@@ -108,7 +108,7 @@ class Table3(Figure):
 
     @staticmethod
     def plan(quick):
-        """(parameter, value, seed) -> run. Runs at the defaults are shared."""
+        """(parameter, value, seed) -> run; runs with the default values are shared."""
         plan, held = {}, bubble(quick)
         end = "_quick" if quick else ""
         for parameter, values in (QUICK if quick else VALUES).items():
@@ -159,23 +159,23 @@ class Table3(Figure):
                              SAYS[parameter], grade(np.mean(of_seeds))])
         table = Table(("constant", "paper's value", "tried", "output", "output, mean over the seeds", "sensitivity",
                        "the paper says", "ours"), rows,
-                      "Sensitivity: slope of log output over log constant, its mean and range over the seeds; low "
-                      f"below {LOW}, moderate up to {MODERATE}.")
+                      "The sensitivity is the slope of log output over log constant, with mean and range over the "
+                      f"seeds; it is low below {LOW} and moderate up to {MODERATE}.")
         return self.section(
             pictures=[Picture("sensitivity.png", "Each output over each constant, relative to the paper's value: mean "
-                                                 "over the seeds, and range.")],
+                                                 "and range over the seeds.")],
             tables=[table], data=data,
             statements=[self.statement(parameter, slopes[parameter], outputs, quick) for parameter in used],
-            text=f"Amplitude and period are those of the mean radius of one bubble of {held.n} particles, held in a "
-                 "pool (neutrally buoyant, at saturation), relative to its mean. The oscillation has memory (form "
-                 "'hysteresis') and switches at the paper's bounds for that number of particles, with 2 spacings as "
-                 "the unit of length, which the paper does not give; its period is a parameter of its own. The density "
-                 "constraint holds a bubble above about 0.92 of its radius at rest (0.965 in 2-D), so that a lower "
-                 "bound below that is not reached. Bursts are counted in a pool superheated by 160 K without sites.")
+            text=f"Amplitude (relative to the mean) and period are measured on the mean radius of a bubble of {held.n} "
+                 "particles, neutrally buoyant in a pool at saturation. The oscillation of the form 'hysteresis' "
+                 "reverses at the paper's bounds for this number of particles; the unit of length, which the paper "
+                 "does not give, is 2 spacings here, and the period is a separate parameter. The density constraint "
+                 "keeps a bubble above about 0.92 of its radius at rest (0.965 in 2-D), so lower bounds are not "
+                 "reached. Bursts are counted in a pool without sites that is superheated by 160 K.")
 
     @staticmethod
     def slopes(parameter, values, outputs):
-        """Name of an output -> its sensitivity in each seed."""
+        """Name of an output -> its sensitivity for each seed."""
         seeds = sorted({key[2] for key in outputs if key[0] == parameter})
         names = outputs[parameter, values[0], seeds[0]]
         return {name: [sensitivity(values, [outputs[parameter, value, seed][name] for value in values])
@@ -183,7 +183,7 @@ class Table3(Figure):
 
     @staticmethod
     def ensemble(outputs, parameter, values, name):
-        """Means over the seeds, one a value, as text."""
+        """Text of the means over the seeds for each value."""
         means = [np.mean([row[name] for key, row in outputs.items() if key[:2] == (parameter, value)])
                  for value in values]
         return ", ".join(f"{mean:.3g}" for mean in means)
@@ -202,18 +202,18 @@ class Table3(Figure):
                              f"{', '.join(f'{mean:.3g}' for mean in means)}; sensitivity {spread(slopes['bursts'])}, "
                              f"{ours}",
                              fewer if quick else fewer and ours == "moderate",
-                             "agrees if the count never rises with Q_crit, and falls to a half or less over the range, "
-                             "but not to nothing"
+                             "it agrees if the count never rises with Q_crit, and falls to a half or less over the "
+                             "range, but not to zero"
                              + ("" if quick else ", and the sensitivity is moderate"))
         worst = max(slopes, key=lambda name: np.nan_to_num(abs(np.mean(slopes[name])), nan=-1.0))
         ours = grade(np.mean(slopes[worst]))
         told = "; ".join(f"{name} {spread(of_seeds)}" for name, of_seeds in slopes.items())
-        why = f"the larger of the two counts, here {worst}"
+        why = f"the larger of the two sensitivities decides, here that of the {worst}"
         if parameter in PAPER and ours != SAYS[parameter]:
-            why += ("; the bubble swings from bound to bound, and the distance between these is small against either: "
-                    "one per cent of a bound is several of the distance")
+            why += ("; the bubble oscillates between its bounds, whose difference is small compared with either, so "
+                    "a change of one bound by one per cent changes the difference by several")
         return Statement(f"{parameter}: {SAYS[parameter]} sensitivity", f"{ours}: sensitivity of {told}",
-                         None if quick else ours == SAYS[parameter], "one seed in 2-D does not tell" if quick else why)
+                         None if quick else ours == SAYS[parameter], "one seed in 2-D is not enough" if quick else why)
 
     @staticmethod
     def draw(used, outputs, path):

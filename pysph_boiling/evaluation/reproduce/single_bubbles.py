@@ -1,4 +1,4 @@
-"""Figures 7 to 12: one bubble rising, two merging, one splitting, and the ablations of each."""
+"""Figures 7 to 12: one bubble rising, two bubbles merging, one bubble splitting, and the ablations of each."""
 import math
 
 import numpy as np
@@ -16,17 +16,17 @@ TITLES = {"full": "full model", "no_burst": "no dynamic nucleation", "no_oscilla
 COLOURS = {"full": "#3B7EBF", "no_burst": "#E8A33D", "no_oscillation": "#8E4585"}
 SEEDS = {"full": {True: (1,), False: (1, 2, 3)}, "no_burst": {True: (1,), False: (1,)},
          "no_oscillation": {True: (1,), False: (1, 2)}}
-SLOW, FAST = 0.7, 1.3  # of Mendelson's speed; measured bubbles scatter round it by 10 %, and walls slow ours
-STEADY = 0.25  # by which the speeds in the lower and the upper half of the rise may differ: terminal
-VOLUME = 0.1  # of the volume: what may be made, condense or come off as a splash between two outputs
-PULSE = 0.03  # amplitude of the mean radius, relative: from there on a bubble is seen to pulsate
-MOST = 0.15  # more than the bounds of the constraint let it: they are 10 % from their middle
+SLOW, FAST = 0.7, 1.3  # speed over Mendelson's; measured bubbles scatter by 10 %, and walls slow ours down
+STEADY = 0.25  # largest difference of the speeds in the two halves of the rise at terminal speed
+VOLUME = 0.1  # largest change of the volume between two outputs by growth, condensation and splashes
+PULSE = 0.03  # smallest relative amplitude of the mean radius that counts as pulsation
+MOST = 0.15  # largest amplitude; the bounds of the constraint are 10 % from their middle
 SWING = 2.0  # the constraint must at least double the amplitude at its own period
-MISSED = "the bubbles pass each other, or stay whole: what joins or parts them here is too weak"
-WEAK = "the density constraint lets a bubble shrink or swell by little more than it pushes"
-SHED = "what comes off as splashes counts as no bubble; of the vapour itself nothing is lost"
-BROKEN = "it leaves vapour behind in its wake, or is caught before the surface"
-OWN = np.linspace(0.8, 1.25, 10)  # periods that count as the constraint's own, in units of it
+MISSED = "the bubbles pass each other, or stay in one piece: the forces that join or part them are too weak here"
+WEAK = "the density constraint allows a bubble little more change of volume than the oscillation pushes"
+SHED = "splashes do not count as bubbles; no vapour is lost"
+BROKEN = "the bubble leaves vapour behind in its wake, or does not reach the surface"
+OWN = np.linspace(0.8, 1.25, 10)  # periods that count as that of the constraint, relative to it
 COLUMNS = {"t": "t [s]", "bubbles": "bubbles [-]", "n": "vapour [particles]", "volume": "volume of vapour [m^dim]",
            "n1": "largest bubble [particles]", "volume1": "its volume [m^dim]", "x1": "its x [m]",
            "height1": "its height [m]", "mean_radius1": "its mean radius [m]", "width1": "its width [m]",
@@ -38,13 +38,14 @@ COLUMNS = {"t": "t [s]", "bubbles": "bubbles [-]", "n": "vapour [particles]", "v
 # --- what is measured -------------------------------------------------------------------------------------------------
 
 def rise(history, *, dim, spacing, fill, period):
-    """How a bubble rises, from its history (:func:`~pysph_boiling.analysis.shapes.track`).
+    """The rise of a bubble, from its history (:func:`~pysph_boiling.analysis.shapes.track`).
 
     ``fill`` is the height of the water [m], ``period`` that of the oscillation constraint [s]. Returns a dict:
-    ``speed`` [m/s] between 30 and 75 % of the height, ``lower`` and ``upper`` that of the two halves of this range;
-    ``law`` Mendelson's [m/s]; ``fall`` the largest step downwards [m]; ``risen`` [m]; ``aspect`` mean; ``amplitude``,
-    ``period`` [s] and ``share`` of the pulsation of the mean radius nearest to the constraint's; ``swing`` relative
-    amplitude of the space that the bubble occupies; ``whole`` smallest share of the vapour in the largest bubble.
+    ``speed`` [m/s] between 30 and 75 % of the height, and ``lower`` and ``upper`` in the two halves of this range;
+    ``law``, Mendelson's speed [m/s]; ``fall``, the largest step downwards [m]; ``risen``, the distance risen [m];
+    ``aspect``, the mean aspect ratio; ``amplitude``, ``period`` [s] and ``share`` of the pulsation of the mean radius
+    near the period of the constraint; ``swing``, the relative amplitude of the volume that the bubble occupies;
+    ``whole``, the smallest fraction of the vapour in the largest bubble.
     """
     t, height = history["t"], history["height1"]
     low, middle, high = 0.3 * fill, 0.525 * fill, 0.75 * fill
@@ -63,7 +64,7 @@ def rise(history, *, dim, spacing, fill, period):
 
 
 def own_period(record):
-    """Period of the oscillation constraint [s]; where a run has none, that which it would have."""
+    """Period of the oscillation constraint [s]; in a run without it, the period it would have."""
     from pysph_boiling.schemes.effects import Oscillation
 
     given = record["effects"].get("oscillation", {}).get("period", {}).get("value")
@@ -78,7 +79,7 @@ def measured_rise(result, history):
 
 
 def budget(result, history):
-    """Vapour at the end less what its makers and takers say [particles]: 0."""
+    """Difference between the vapour at the end and the sum of all events that make or remove it [particles]."""
     last = {name: float(column[-1]) for name, column in result.table.items()}
     made = last["n_nucleated"] + last.get("n_burst", 0.0) - last["n_condensed"] - last["n_vented"]
     return last["n_vapour"] - history["n"][0] - made
@@ -87,14 +88,14 @@ def budget(result, history):
 # --- the figures ------------------------------------------------------------------------------------------------------
 
 class SingleBubble(Figure):
-    """What the six figures share: runs, histories, pictures of a few moments, and curves."""
+    """The common part of the six figures: runs, histories, pictures of a few moments, and curves."""
 
     scene = ""
     variants = ("full",)
     small = ()  # options of the quick form
 
     def names(self, quick, variant):
-        """Names of the runs of a variant, one a seed."""
+        """Names of the runs of a variant, one per seed."""
         return [f"{self.scene}_{variant}{'_quick' if quick else ''}_{seed}" for seed in SEEDS[variant][quick]]
 
     def runs(self, quick):
@@ -116,7 +117,7 @@ class SingleBubble(Figure):
         return section
 
     def moments(self, history, count):
-        """Times [s] of the pictures: evenly over the life of the vapour."""
+        """Times [s] of the pictures, evenly distributed over the time in which there is vapour."""
         return np.linspace(history["t"][0], history["t"][-1], count)
 
     def draw(self, section, groups, tracks, folder, quick):
@@ -128,17 +129,17 @@ class SingleBubble(Figure):
         cells = [(result, t, "" if alone else TITLES[variant]) for t in times for variant, result in firsts.items()]
         kinds = "" if alone else "; columns: " + ", ".join(TITLES[variant] for variant in firsts)
         section.pictures.append(sheet(
-            cells, folder / "moments.png", f"Moments, colour by bubble; pale is liquid{kinds}.", columns=3,
+            cells, folder / "moments.png", f"Each bubble has its own colour, liquid is pale{kinds}.", columns=3,
             colour="bubble"))
         if alone and not quick:
             for number, t in enumerate(times[1::2]):
                 section.pictures.append(rendered(firsts["full"], t, folder / f"rendered_{number}.png",
-                                                 f"The surface of liquid and vapour at t = {t:.2f} s."))
+                                                 f"The surfaces of liquid and vapour at t = {t:.2f} s."))
             section.pictures.append(movie(firsts["full"], folder / "movie.mp4", "The whole run.", colour="bubble"))
         section.pictures.append(self.curves(tracks, folder))
 
     def curves(self, tracks, folder):
-        """Height, mean radius, aspect ratio and volume of the largest bubble over time; one curve a run."""
+        """Draw height, mean radius, aspect ratio and volume of the largest bubble over time, one curve per run."""
         from pysph_boiling.report.pictures import plot
         from pysph_boiling.report.sections import Picture
 
@@ -153,26 +154,26 @@ class SingleBubble(Figure):
                                 label=TITLES[variant] if number == 0 else None)
                 ax.set(xlabel="t [s]", ylabel=label)
             axes[1].legend()
-        return Picture("curves.png", "The largest bubble over time; pale: other seeds.")
+        return Picture("curves.png", "The largest bubble over time; pale curves are other seeds.")
 
     def tell(self, section, groups, tracks, quick):
         """Fill in statements and tables."""
         raise TypeError(f"{type(self).__name__} must override tell")
 
     def unchanged(self, groups, tracks):
-        """Statement on the runs without dynamic nucleation, which must differ by nothing if nothing bursts."""
+        """The statement on the runs without dynamic nucleation, which must be identical if nothing bursts."""
         burst = [float(result.table["n_burst"][-1]) for result in groups["full"]]
         one, other = tracks["full"][0], tracks["no_burst"][0]
         same = len(one["t"]) == len(other["t"]) and all(
             np.array_equal(one[name], other[name], equal_nan=True) for name in one)
-        ours = (f"dynamic nucleation made {spread(burst)} particles of vapour in the full model: the pool stays below "
-                f"its limit; without it {'the bubbles have the same history' if same else 'the bubbles differ'}")
+        ours = (f"dynamic nucleation made {spread(burst)} particles of vapour in the full model, since the pool stays "
+                f"below its limit; without it {'the bubbles have the same history' if same else 'the bubbles differ'}")
         if not any(burst):
             return Statement("the lack of dynamic nucleation leaves rise, merging and splitting as they are", ours,
-                             None, "what never fires changes nothing when it is left out, which shows nothing")
+                             None, "dynamic nucleation never acts in these runs, so leaving it out proves nothing")
         return Statement("the lack of dynamic nucleation leaves rise, merging and splitting as they are", ours, same,
                          "" if same else
-                         "vapour that bursts aside changes the flow that the bubbles rise in")
+                         "vapour that bursts elsewhere changes the flow around the bubbles")
 
 
 class RiseMixin(SingleBubble):
@@ -186,8 +187,8 @@ class Figure7(RiseMixin):
     """One bubble rising."""
 
     key, title = "fig7", "Figure 7: a bubble rises"
-    about = ("One bubble near the base of a pool 10 K above saturation. The paper compares pictures; what can be "
-             "measured is how fast, how straight and in what shape it rises, and how it pulsates.")
+    about = ("A bubble starts near the base of a pool 10 K above saturation. The paper compares pictures; here its "
+             "speed, path, shape and pulsation are measured.")
 
     def tell(self, section, groups, tracks, quick):
         rises = [measured_rise(*pair) for pair in zip(groups["full"], tracks["full"])]
@@ -197,8 +198,8 @@ class Figure7(RiseMixin):
         fill = groups["full"][0].record["parameters"]["fill"]["value"] * spacing
         section.statements.append(judged(
             "bubbles rise realistically, as in the experiment (pictures)",
-            f"in one piece (at least {min(column['whole']):.0%} of the vapour), never sinking by more than "
-            f"{1e3 * max(column['fall']):.2g} mm between outputs, over "
+            f"it rises in one piece (at least {min(column['whole']):.0%} of the vapour), without sinking by more than "
+            f"{1e3 * max(column['fall']):.2g} mm between outputs, over a distance of "
             f"{spread([1e3 * v for v in column['risen']], 'mm')} to the surface, where it bursts", [
                 bound("pieces that burst", vented, 1, 5), bound("share in one piece", column["whole"], 0.8, 1.0),
                 bound("fall in spacings", [fall / spacing for fall in column["fall"]], 0.0, 0.5),
@@ -208,17 +209,19 @@ class Figure7(RiseMixin):
         section.statements.append(judged(
             "trajectories closely match experiments (Table 4)",
             f"terminal speed {spread(column['speed'], 'm/s')}, {spread(ratio)} of Mendelson's "
-            f"sqrt(g R + sigma/(rho R)), which fits measured bubbles; the two halves of the rise differ by at most "
-            f"{terminal:.0%}", [bound("ratio", ratio, SLOW, FAST), bound("difference", [terminal], 0.0, STEADY)],
+            f"sqrt(g R + sigma/(rho R)), which fits measured bubbles; the speeds in the two halves of the rise differ "
+            f"by at most {terminal:.0%}",
+            [bound("ratio", ratio, SLOW, FAST), bound("difference", [terminal], 0.0, STEADY)],
             "" if dim == 3 else "Mendelson's law is for bubbles in three dimensions", dim == 3))
         section.statements.append(Statement(
             "shapes closely match experiments (Table 4)",
-            f"width over height {spread(column['aspect'])} on average; large bubbles in water are caps of 2 to 4",
-            None, "the paper gives pictures, no figure"))
+            f"width over height is {spread(column['aspect'])} on average; large bubbles in water are caps with a ratio "
+            "of 2 to 4",
+            None, "the paper gives pictures, but no numbers"))
         section.statements.append(judged(
             "bubbles expand and contract periodically during ascent",
-            f"the mean radius swings by +-{spread([100 * v for v in column['amplitude']], '%')} with a period of "
-            f"{spread([1e3 * v for v in column['period']], 'ms')}, the space that the bubble occupies by "
+            f"the mean radius oscillates by +-{spread([100 * v for v in column['amplitude']], '%')} with a period of "
+            f"{spread([1e3 * v for v in column['period']], 'ms')}, the volume that the bubble occupies by "
             f"+-{spread([100 * v for v in column['swing']], '%')}",
             [bound("amplitude", column["amplitude"], PULSE, MOST)], WEAK))
 
@@ -251,8 +254,9 @@ class Figure10(RiseMixin):
         kept = np.mean(of("no_oscillation", "amplitude")) / np.mean(of("full", "amplitude"))
         section.statements.append(judged(
             "the oscillation constraint gives the periodic expansion and contraction",
-            f"at the constraint's period the mean radius swings by +-{spread(of('full', 'amplitude', 100), '%')} with "
-            f"it and +-{spread(of('no_oscillation', 'amplitude', 100), '%')} without, the space occupied by "
+            f"at the period of the constraint the mean radius oscillates by +-"
+            f"{spread(of('full', 'amplitude', 100), '%')} with it and by +-"
+            f"{spread(of('no_oscillation', 'amplitude', 100), '%')} without it, the volume occupied by "
             f"+-{spread(of('full', 'swing', 100), '%')} and +-{spread(of('no_oscillation', 'swing', 100), '%')}",
             [bound("amplitude with it", of("full", "amplitude"), PULSE, MOST),
              bound("share of that without it", [kept], 0.0, 1.0 / SWING)], WEAK))
@@ -261,8 +265,8 @@ class Figure10(RiseMixin):
                  f"{min(of(variant, 'whole')):.0%}"]
                 for variant in rises]
         section.tables.append(Table(
-            ("variant", "speed [m/s]", "width/height", "swing of the mean radius [%]", "of the space occupied [%]",
-             "in one piece"), rows, "The rise in the three variants."))
+            ("variant", "speed [m/s]", "width/height", "amplitude of the mean radius [%]",
+             "amplitude of the volume occupied [%]", "fraction in one piece"), rows, "The rise in the three variants."))
 
 
 class EventFigure(SingleBubble):
@@ -282,14 +286,15 @@ class EventFigure(SingleBubble):
         return {variant: [self.event(history) for history in histories] for variant, histories in tracks.items()}
 
     def describe(self, events):
-        """Sentence on a list of events, whether all of them took place and kept the volume, and why not."""
+        """A sentence on the events, whether all of them took place and kept the volume, and the reason if not."""
         if not all(events):
             return f"{sum(event is not None for event in events)} of {len(events)} runs show it", False, MISSED
         ratio = [event.ratio for event in events]
         kept = bool(max(abs(r - 1.0) for r in ratio) <= VOLUME)
-        return (f"at t = {spread([event.t for event in events])} s, in all runs; volume after over before "
-                f"{spread(ratio)}, the smaller of the two has {spread([event.smaller for event in events])} of "
-                f"{spread([event.before for event in events])} particles. Agrees within {VOLUME:.0%}",
+        return (f"it happens in all runs, at t = {spread([event.t for event in events])} s; the volume after it over "
+                f"that before is {spread(ratio)}, and the smaller of the two bubbles has "
+                f"{spread([event.smaller for event in events])} of {spread([event.before for event in events])} "
+                f"particles. It agrees within {VOLUME:.0%}",
                 kept, "" if kept else SHED)
 
     def tell(self, section, groups, tracks, quick):
@@ -299,8 +304,8 @@ class EventFigure(SingleBubble):
             left = max(abs(budget(*pair)) for pair in zip(groups["full"], tracks["full"]))
             section.statements.append(Statement(self.words[0], ours, agrees, why))
             section.statements.append(Statement(
-                self.words[1], f"vapour at the end is what was there, made, condensed and vented, to {left:.0f} "
-                "particles; mass is exact", bool(left == 0.0),
+                self.words[1], "the vapour at the end equals the vapour at the start and that made, condensed and "
+                f"vented since, to {left:.0f} particles; mass is exact", bool(left == 0.0),
                 "" if left == 0.0 else "vapour changed between the last row of the results and the last output"))
             return
         section.statements.append(self.unchanged(groups, tracks))
@@ -309,7 +314,7 @@ class EventFigure(SingleBubble):
         ours, *_ = self.describe(events["no_oscillation"])
         section.statements.append(Statement(
             "the oscillation constraint matters for plausible dynamics", f"without it: {ours}", None,
-            "the paper shows no run without it; whether one looks better is for the eye"))
+            "the paper shows no run without it, and which one looks better is a matter of opinion"))
         rows = [[TITLES[variant], spread([event.t for event in found]), spread([event.before for event in found]),
                  spread([event.after for event in found]), spread([event.smaller for event in found])]
                 for variant, found in events.items() if all(found)]
@@ -332,7 +337,7 @@ class Figure8(MergeMixin):
     key, title = "fig8", "Figure 8: two bubbles merge"
     words = ("correct surface tension and coalescence dynamics (Table 4): two bubbles become one",
              "coalescence keeps what the bubbles hold")
-    about = "A larger bubble below a smaller one: it rises faster, in its wake as well, and takes it up."
+    about = "A larger bubble below a smaller one rises faster, also because it is in the wake, and merges with it."
 
 
 class Figure11(MergeMixin):
@@ -358,7 +363,8 @@ class Figure9(SplitMixin):
     key, title = "fig9", "Figure 9: a bubble splits"
     words = ("physically plausible breakup and volume conservation (Table 4): one bubble becomes several",
              "breakup keeps what the bubble holds")
-    about = ("A bubble torn by eddies, as other bubbles leave them in a boil; what splits the paper's is not said.")
+    about = ("A bubble is torn by eddies such as other bubbles leave behind in boiling water; the paper does not say "
+             "what splits its bubble.")
 
     def tell(self, section, groups, tracks, quick):
         super().tell(section, groups, tracks, quick)
@@ -369,9 +375,9 @@ class Figure9(SplitMixin):
                 later = merger({name: values[history["t"] > event.t] for name, values in history.items()})
                 spans += [later.t - event.t] if later else []
         section.statements.append(Statement(
-            "the daughters stay apart", f"in {len(spans)} of {splits} runs they are one again" +
-            (f", {spread([1e3 * span for span in spans], 'ms')} later: cohesion draws together what is near" if spans
-             else " before the run ends"), None, "the paper's picture shows one moment"))
+            "the daughters stay apart", f"in {len(spans)} of {splits} runs they merge again" +
+            (f", {spread([1e3 * span for span in spans], 'ms')} later, because cohesion pulls near vapour together"
+             if spans else " before the run ends"), None, "the paper's picture shows one moment"))
 
 
 class Figure12(SplitMixin):

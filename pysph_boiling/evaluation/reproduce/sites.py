@@ -13,9 +13,9 @@ __all__ = ["Sites", "common_end", "counts", "curves", "members", "mean_between",
            "rate_between", "rises", "same_level", "seeds", "vessel_run"]
 
 COLOURS = (PURPLE, BLUE, GREEN, ORANGE)
-SOME, MOST = 0.01, 0.5  # share of all particles that is superheated: less is no level, more a pool that just heats up
+SOME, MOST = 0.01, 0.5  # range of the superheated fraction of all particles: more means that the pool just heats up
 SIMILAR = 0.25  # largest difference between levels, in units of their mean
-RISES = 0.6  # smallest rank correlation; by chance 12 members exceed it one time in twenty
+RISES = 0.6  # smallest rank correlation; 12 random members exceed it one time in twenty
 
 
 def counts(quick):
@@ -29,7 +29,7 @@ def seeds(quick):
 
 
 def vessel_run(sites, seed, quick, mode="dynamic"):
-    """A run of the vessel with ``sites`` preset sites in a mode; the first seed keeps more moments, for pictures."""
+    """A run of the vessel with ``sites`` preset sites in a mode; the first seed writes more files, for pictures."""
     options = ["--sites", str(sites), "--seed", str(seed), "--mode", mode]
     if quick:
         options += ["--flat", "--width", "30", "--fill", "14", "--duration", "0.6", "--frame", "0.1",
@@ -46,7 +46,7 @@ def members(results, name):
 
 
 def production(table):
-    """``table`` with the column ``produced``: particles made vapour in any way, less those that condensed."""
+    """``table`` with a column ``produced``: particles that became vapour in any way, minus those that condensed."""
     made = sum(table[name] for name in ("n_nucleated", "n_burst", "n_emitted") if name in table)
     return table | {"produced": made - table.get("n_condensed", 0.0)}
 
@@ -69,7 +69,7 @@ def rate_between(table, column, begin, end):
 
 
 def rank_correlation(x, y):
-    """Spearman's rank correlation [-]; equal values share their mean rank; 0 where all of x or all of y are equal."""
+    """Spearman's rank correlation [-]; equal values get their mean rank; 0 if all of x or all of y are equal."""
     def ranks(values):
         values = np.asarray(values, float)
         return (values[:, None] > values).sum(axis=1) + 0.5 * (values[:, None] == values).sum(axis=1)
@@ -93,16 +93,16 @@ def curves(groups, columns, points=200):
 
 
 def same_level(levels):
-    """Whether the levels (number of sites -> superheated particles of each seed) are similar; (bool, difference)."""
+    """(bool, difference): whether the levels (number of sites -> superheated particles of each seed) are similar."""
     means = [float(np.mean(values)) for values in levels.values()]
     difference = (max(means) - min(means)) / np.mean(means) if max(means) > 0.0 else 0.0
     return bool(difference <= SIMILAR), float(difference)
 
 
 def rises(values):
-    """Whether values (number of sites -> those of each seed) rise with the number of sites; (bool, rank correlation).
+    """(bool, rank correlation): whether values (number of sites -> one for each seed) rise with the number of sites.
 
-    The correlation is over all members; the highest number must also be above the lowest by their means.
+    The correlation is over all members; the mean for the most sites must also exceed that for the fewest.
     """
     sites = sorted(values)
     rank = rank_correlation([one for one in sites for _ in values[one]], [v for one in sites for v in values[one]])
@@ -110,14 +110,14 @@ def rises(values):
 
 
 def rising(rank, values):
-    """Bounds of what rises with the number of sites: no more than in proportion to it."""
+    """Bounds for a quantity that rises with the number of sites, at most in proportion to it."""
     fewest, most = min(values), max(values)
     ratio = np.mean(values[most]) / np.mean(values[fewest]) if np.mean(values[fewest]) > 0.0 else float("nan")
     return [bound("rank correlation", [rank], RISES, 1.0), bound("most over fewest sites", [ratio], 1.0, most / fewest)]
 
 
 class Sites(Figure):
-    """Does the number of preset sites matter to how much liquid is superheated, and to how much vapour is made?"""
+    """The effect of the number of preset sites on the amount of superheated liquid and of vapour."""
 
     key = "fig1"
     title = "Figure 1: superheated liquid and the number of preset sites"
@@ -145,7 +145,7 @@ class Sites(Figure):
                 band(left, group, "n_superheated", named(sites), colour)
                 band(right, group, "produced", named(sites), colour)
             left.axvspan(*late, color="#E6E9ED", zorder=0)
-            for ax, what in ((left, "superheated particles [-]"), (right, "particles made vapour, net [-]")):
+            for ax, what in ((left, "superheated particles [-]"), (right, "net particles vaporised [-]")):
                 ax.set(xlabel="time [s]", ylabel=what, xlim=(0.0, end), ylim=(0.0, None))
             right.legend()
         write_csv(folder / "superheated.csv", curves(
@@ -156,7 +156,7 @@ class Sites(Figure):
                 ("superheated", level), ("made vapour [1/s]", made), ("burst [1/s]", burst),
                 (f"heater [{unit}]", power))}})
         vessels = sheet([(group[0].result, 0.8 * end, named(sites)) for sites, group in groups.items()],
-                        folder / "vessels.png", "The vessels at one time, seed 1.", columns=2)
+                        folder / "vessels.png", "The vessels at the same time, seed 1.", columns=2)
 
         _, difference = same_level(level)
         (_, rank), (_, heat_rank) = rises(made), rises(power)
@@ -167,25 +167,25 @@ class Sites(Figure):
                       "their mean.", [bound("difference", [difference], 0.0, SIMILAR), bound(
                           "share of all particles", [value / total for values in level.values() for value in values],
                           SOME, MOST)],
-                      "Fewer sites cool less of the liquid; dynamic nucleation bounds how hot the rest gets, not how "
-                      "much of it there is."),
+                      "Fewer sites cool less of the liquid; dynamic nucleation limits the temperature of the rest, but "
+                      "not its amount."),
             judged("The number of sites sets the rate at which bubbles are generated.",
                       "Net vapour production in the second half: " + listed(made) + " particles/s; rank correlation "
                       f"with the number of sites {rank:.2f}.", rising(rank, made),
-                      "Dynamic nucleation makes up for sites that are missing (fourth column of the table): what "
-                      "it makes vapour is a site for the liquid round it."),
+                      "Dynamic nucleation replaces missing sites (fourth column of the table): the vapour it makes is "
+                      "a site for the liquid around it."),
             judged("The number of sites sets the heat transfer.",
                       "Heater power in the second half: " + listed(power) + f" {unit}; rank correlation "
                       f"{heat_rank:.2f}.", rising(heat_rank, power),
-                      "Two seeds of a small vessel do not tell: the same form gave .59 and .83." if quick else
-                      "The plate's temperature is given, that of the liquid on it is bounded by "
-                      "dynamic nucleation whatever the number of sites: so is the flux between them.", not quick),
+                      "Two seeds of a small vessel are not enough: the same form gave .59 and .83." if quick else
+                      "The temperature of the plate is given, and dynamic nucleation limits that of the liquid on it "
+                      "for any number of sites, which also limits the flux.", not quick),
         ]
         rows = [[str(sites), *(spread(measured[sites]) for measured in (level, made, burst, power))]
                 for sites in groups]
         return self.section(
-            pictures=[Picture("superheated.png", "Superheated particles (levels are taken over the shaded time), and "
-                              "particles made vapour since the start less those condensed; mean and range over the "
+            pictures=[Picture("superheated.png", "Superheated particles (levels are means over the shaded time), and "
+                              "particles vaporised since the start minus those condensed; mean and range over the "
                               "seeds."), vessels],
             tables=[Table(("sites", "superheated particles, last quarter", "net vapour, second half [1/s]",
                            "vapour by dynamic nucleation [1/s]", f"heater power, second half [{unit}]"), rows,

@@ -1,4 +1,4 @@
-"""Figure 2: the states of a particle, the edges between them and the kind of heat, drawn from the table of the code."""
+"""Figure 2: the states of a particle, their transitions and the kind of heat, drawn from the table in the code."""
 from pysph_boiling.analysis.drawing import INK, PHASE_COLOURS
 from pysph_boiling.evaluation.reproduce.figure import Figure
 from pysph_boiling.materials import WATER_1ATM as WATER
@@ -15,7 +15,7 @@ RANGES = {"negative": "e < 0", "stored": "0 ≤ e < L", "full": "e ≥ L", "not 
 SITES = {True: "site near", False: "no site near", None: ""}
 BY = {"phase_change": "", "nucleation": "enough heat in its region", "condensation": "its bubble lacks m L"}
 
-# Where the states stand, and how far the edges bend; an edge without an entry is straight.
+# Positions of the states, and curvature of the edges; an edge without an entry is straight.
 PLACES = {Phase.LIQUID: (0.0, 0.0), Phase.TRANSITION: (5.0, 2.2), Phase.SUPERHEATED: (5.0, -2.2),
           Phase.VAPOUR: (10.0, 0.0)}
 BOX = (1.15, 0.55)  # half of a state's width and height
@@ -27,9 +27,9 @@ BENDS = {(Phase.LIQUID, Phase.TRANSITION): -0.22, (Phase.TRANSITION, Phase.LIQUI
 
 
 def channels(phase, phases=None, condensation=None):
-    """Kind of heat that a particle in ``phase`` takes up: list of (range of its enthalpy, "sensible" or "latent").
+    """Kinds of heat that a particle in ``phase`` takes up: list of (range of its enthalpy, "sensible" or "latent").
 
-    Found by adding a little heat and looking at the temperature, for the forms that the two effects have.
+    They are found by adding a little heat and checking the temperature, with the forms of the two effects.
     """
     phases, condensation = phases or PhaseChange(), condensation or Condensation()
     held = 0.3 * WATER.L if phases.interrupt == "hold" else 0.0
@@ -48,24 +48,24 @@ def channels(phase, phases=None, condensation=None):
 
 
 def main_channel(phase):
-    """Kind of heat in the first range of :func:`channels`."""
+    """The kind of heat in the first range of :func:`channels`."""
     return channels(phase)[0][1]
 
 
 def trigger(edge):
-    """What an edge of the table asks for, in a few words."""
+    """The condition of an edge of the table, in a few words."""
     return ", ".join(filter(None, [RANGES[edge.enthalpy], SITES[edge.kinetic], BY[edge.by]]))
 
 
 def change_of_heat(edge):
-    """Kind of heat that the particle takes up before and after an edge."""
+    """The kind of heat that the particle takes up before and after an edge."""
     before = dict(channels(edge.source)).get(RANGES[edge.enthalpy], main_channel(edge.source))
     after = main_channel(edge.target)
     return before if before == after else f"{before} → {after}"
 
 
 def draw_states(path, edges=EDGES):
-    """Draw states and edges; returns the texts of the picture."""
+    """Draw states and edges; returns the texts in the picture."""
     from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
     with plot(path, width=9.2, height=5.6) as ax:
@@ -92,7 +92,7 @@ def draw_states(path, edges=EDGES):
 
 
 class StateDiagram(Figure):
-    """The state machine of ``phases.py`` against what the paper's text says of its Fig. 2."""
+    """The state machine of ``phases.py`` compared with the paper's description of its Fig. 2."""
 
     key = "fig2"
     title = "Figure 2: four states of a particle, what leads from one to another, and the kind of heat"
@@ -103,18 +103,20 @@ class StateDiagram(Figure):
                 for edge in EDGES]
         columns = ("from", "to", "on", "heat", "meaning")
         return self.section(
-            pictures=[Picture("states.png", "The state machine, drawn from the table of edges in phases.py, which the "
-                                            "kernels implement. e is the enthalpy above saturated liquid, L the latent "
-                                            "heat of a particle; vapour near a particle counts as a site. The last "
-                                            "line at an arrow is the kind of heat taken up before and after.")],
+            pictures=[Picture("states.png", "The state machine, drawn from the table of transitions in phases.py, "
+                                            "which the kernels implement. e is the enthalpy relative to saturated "
+                                            "liquid, L the latent heat of a particle; vapour near a particle counts "
+                                            "as a site. The last line at an arrow is the kind of heat taken up before "
+                                            "and after.")
+                      ],
             tables=[Table(columns, rows, "The edges")],
             data=[write_csv(folder / "edges.csv", dict(zip(columns, zip(*rows))))],
             statements=statements(),
-            text="The paper's words are those of its sections 3.2.2, 3.3 and 4.2.2, which describe the figure.")
+            text="The statements are from sections 3.2.2, 3.3 and 4.2.2 of the paper, which describe the figure.")
 
 
 def statements():
-    """What the paper's text says of the transitions, and the row of the table that answers."""
+    """The paper's statements on the transitions, each with the row of the table that answers it."""
     table = {(edge.source, edge.target): edge for edge in EDGES}
     L, T, S, V = Phase
     transitions = [
@@ -144,16 +146,16 @@ def statements():
         "A particle that loses its site goes from phase change to superheated, and the latent heat stored so far "
         "turns into sensible heat.",
         f"{NAMES[T]} → {NAMES[S]} on {trigger(table[T, S])}; the heat stored so far is "
-        + ("converted." if form == "convert" else "held: the particle stays at saturation and warms from there."),
+        + ("converted." if form == "convert" else "held: the particle stays at saturation and warms up from there."),
         form == "convert",
-        "" if form == "convert" else f"Conversion would make a particle half way to vapour {jump:.0f} K hotter in one "
-        "step. The paper's form is there as --phases.interrupt convert."))
+        "" if form == "convert" else f"Conversion would heat a particle that is half way to vapour by {jump:.0f} K in "
+        "one step. The paper's form is available as --phases.interrupt convert."))
     known = {(source, target) for _, source, target, *_ in transitions} | {(T, S)}
     more = [edge for edge in EDGES if (edge.source, edge.target) not in known]
     rows.append(Statement(
         "These seven transitions are all that the text describes.",
         f"{len(EDGES)} edges; besides them "
         + ", ".join(f"{NAMES[edge.source]} → {NAMES[edge.target]} on {trigger(edge)}" for edge in more) + ".",
-        not more, "Without these a particle that cools below saturation would never again be normal liquid."
+        not more, "Without these, a particle that cools below saturation would never become normal liquid again."
         if more else ""))
     return rows

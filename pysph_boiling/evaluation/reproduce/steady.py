@@ -1,4 +1,4 @@
-"""Figures 3, 4 and 15: steady boiling, what happens once the heater is off, and the mean radius of the bubbles."""
+"""Figures 3, 4 and 15: steady boiling, cooling after the heater is switched off, and the mean radius of bubbles."""
 import numpy as np
 
 from pysph_boiling.analysis.plots import BLUE, GREEN, ORANGE, PURPLE
@@ -13,10 +13,10 @@ from pysph_boiling.report.sections import Picture, Table, bound, judged, spread,
 __all__ = ["BubbleRadius", "Cooling", "SteadyBoiling", "phases_of_growth", "surface", "surface_history", "variation"]
 
 STEADY = 0.25  # largest standard deviation of the vapour production over equal windows, in units of its mean
-MADE = 1e-4, 0.2  # share of all particles made vapour in a window: none, or a pool that is gone in five
+MADE = 1e-4, 0.2  # range of the fraction of all particles vaporised in a window; at 0.2 the pool lasts five windows
 SPRAY = 3
 CALM = 0.2  # largest surface speed at the end, in units of its peak
-STILL = 1e-4  # and smallest: a surface that stands has been stopped, waves die out slowly
+STILL = 1e-4  # smallest surface speed at the end: waves decay slowly, so a surface at rest would be an artefact
 PEAK = 1.10  # smallest ratio of the early peak of the mean radius to its level at the end
 PLATEAU = 0.10  # largest change of the mean radius within the last third, in units of its mean there
 
@@ -45,9 +45,9 @@ def variation(table, column, begin, end, windows):
 def surface(fluid, *, dim, spacing):
     """(level [m], roughness [m], speed [m/s]) of the liquid's surface in a vessel.
 
-    The fluid is cut into upright columns two spacings wide; the surface is the highest liquid of each, the level their
-    mean height, the roughness its standard deviation, the speed the root mean square of what lies within two spacings
-    below the top of its column.
+    The fluid is divided into vertical columns two spacings wide. The highest liquid of each column is its surface; the
+    level is the mean of their heights, the roughness their standard deviation, and the speed the root mean square over
+    particles up to two spacings below the surface of their column.
     """
     points = positions(fluid)[:, :dim]
     velocity = np.stack([fluid.u, fluid.v, fluid.w], -1)
@@ -63,7 +63,7 @@ def surface(fluid, *, dim, spacing):
 
 
 def surface_history(result):
-    """Columns ``t``, ``level``, ``roughness`` and ``speed`` over the outputs of a run."""
+    """Columns ``t``, ``level``, ``roughness`` and ``speed`` from the outputs of a run."""
     rows = []
     for time in result.times:
         arrays, t = result.arrays(time)
@@ -72,15 +72,16 @@ def surface_history(result):
 
 
 def phases_of_growth(t, radius, width=0.1):
-    """What the mean radius of the bubbles does: (peak, when, level at the end, change) from times [s] and radii [m].
+    """(peak, when, level, change) of the mean radius of the bubbles, from times [s] and radii [m].
 
-    The radius is averaged over ``width`` of the time since the first bubble. ``peak`` is the largest value in the first
-    half of that time, ``when`` it occurs as a share of it; the level is the mean of the last third, ``change`` the rise
-    of a straight line through it, in units of the level. Raises ``ValueError`` where there is no bubble.
+    The radius is averaged over the fraction ``width`` of the time since the first bubble. ``peak`` [m] is the largest
+    value in the first half of this time, ``when`` its position as a fraction of the time, ``level`` [m] the mean over
+    the last third, and ``change`` the rise of a straight line through the last third in units of the level. Raises
+    ``ValueError`` if there is no bubble.
     """
     there = np.flatnonzero(radius > 0.0)
     if len(there) == 0:
-        raise ValueError("no bubble: there is no mean radius")
+        raise ValueError("there are no bubbles, so there is no mean radius")
     share = np.linspace(0.0, 1.0, 501)
     since = t[there[0]] + share * (t[-1] - t[there[0]])
     values = np.interp(since, t[there], radius[there])
@@ -94,7 +95,7 @@ def phases_of_growth(t, radius, width=0.1):
 
 
 class SteadyBoiling(Figure):
-    """Steady boiling: bubbles grow at sites, depart, rise and break the surface, all the time."""
+    """Steady boiling: bubbles continuously grow at sites, depart, rise and break through the surface."""
 
     key = "fig3"
     title = "Figure 3: steady boiling"
@@ -110,18 +111,18 @@ class SteadyBoiling(Figure):
         moments = [begin + share * (end - begin) for share in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
         pictures = [sheet([(first, t, "") for t in moments], folder / "steady.png", "Steady boiling, seed 1.")]
         if not quick:
-            pictures += [rendered(first, t, folder / f"steady_{number}.png", f"The same at {t:.1f} s.")
+            pictures += [rendered(first, t, folder / f"steady_{number}.png", f"The same run at {t:.1f} s.")
                          for number, t in enumerate(moments[2:5:2])]
-            pictures.append(movie(first, folder / "steady.mp4", "The same, as a movie.", fps=10))
+            pictures.append(movie(first, folder / "steady.mp4", "The same run as a movie.", fps=10))
         with plot(folder / "history.png", width=9.6, columns=2) as (left, right):
-            band(left, group, "produced", "made vapour, net", ORANGE)
+            band(left, group, "produced", "net vaporised", ORANGE)
             band(left, group, "n_vented", "vented", GREEN)
             band(right, group, "n_bubbles", "bubbles", BLUE)
             left.set(xlabel="time [s]", ylabel="particles since the start [-]", xlim=(0.0, end), ylim=(0.0, None))
             right.set(xlabel="time [s]", ylabel="bubbles [-]", xlim=(0.0, end), ylim=(0.0, None))
             left.legend()
-        pictures.append(Picture("history.png", "Vapour made and vented since the start, and bubbles in the vessel; "
-                                "mean and range over the seeds."))
+        pictures.append(Picture("history.png", "Net particles vaporised and particles vented since the start, and "
+                                "bubbles in the vessel; mean and range over the seeds."))
         write_csv(folder / "history.csv", curves({"steady boiling": group}, (
             "n_vapour", "n_bubbles", "produced", "n_vented", "n_bubbles_vented", "n_condensed")))
 
@@ -131,7 +132,7 @@ class SteadyBoiling(Figure):
         left_base = [[n for t, n in one.result.record["departures"] if t >= begin] for one in group]
         cycles = [(end - begin) * one.result.record["parameters"]["sites"]["value"] / max(1, len(sizes))
                   for one, sizes in zip(group, left_base)]
-        # what leaves in bubbles of less than SPRAY particles is spray
+        # bubbles of fewer than SPRAY particles count as spray
         many = min(rate_between(one.table, "n_vented", begin, end) for one in group) * (end - begin) / SPRAY
         statements = [
             judged("Bubble generation is consistent.",
@@ -140,12 +141,12 @@ class SteadyBoiling(Figure):
                           "particles made in a window, of all", [grown.mean() / one.result.record["particles"]["fluid"]
                                                                  for one, grown in zip(group, made)], *MADE)]),
             judged("Nucleation cycles are stable: bubbles keep growing, departing and breaking the surface.",
-                      f"{spread([float(grown.mean()) / seconds for grown, _ in popped])} bubbles reach the surface a "
-                      f"second; in the poorest window of any run {min(grown.min() for grown, _ in popped):.0f} do.",
+                      f"{spread([float(grown.mean()) / seconds for grown, _ in popped])} bubbles reach the surface per "
+                      f"second, and at least {min(grown.min() for grown, _ in popped):.0f} in each window of each run.",
                       [bound("bubbles in a window", np.concatenate([grown for grown, _ in popped]), 1, max(1, many))],
-                      "The small form makes too few bubbles to tell." if quick else
-                      f"A site lets a bubble go every {spread(cycles, 's')}, and several do so together: between them "
-                      f"{seconds:.2g} s pass without one.", not quick),
+                      "The small form makes too few bubbles." if quick else
+                      f"A bubble departs from a site every {spread(cycles, 's')}, and several sites do so together, so "
+                      f"that there are windows of {seconds:.2g} s without a bubble.", not quick),
         ]
         rows = [[str(number), f"{len(sizes) / (end - begin):.3g}", f"{np.median(sizes) if sizes else 0:.3g}",
                  f"{rate_between(one.table, 'n_vented', begin, end):.3g}"]
@@ -157,7 +158,7 @@ class SteadyBoiling(Figure):
 
 
 class Cooling(Figure):
-    """The heater is switched off: vapour disappears and the surface comes to rest."""
+    """Cooling: after the heater is switched off, the vapour disappears and the surface comes to rest."""
 
     key = "fig4"
     title = "Figure 4: after heating was stopped"
@@ -175,8 +176,8 @@ class Cooling(Figure):
                           folder / "cooling.png", f"The heater is switched off at {off:.2g} s, seed 1.")]
         if not quick:
             pictures += [rendered(first, moments[number], folder / f"cooling_{number}.png",
-                                  f"The same at {moments[number]:.1f} s.") for number in (1, 3, 5)]
-            pictures.append(movie(first, folder / "cooling.mp4", "The same, as a movie.", fps=10))
+                                  f"The same run at {moments[number]:.1f} s.") for number in (1, 3, 5)]
+            pictures.append(movie(first, folder / "cooling.mp4", "The same run as a movie.", fps=10))
         surfaces = [surface_history(one.result) for one in group]
         with plot(folder / "history.png", width=12.8, columns=3) as (vapour, level, speed):
             band(vapour, group, "n_vapour", "vapour", ORANGE)
@@ -194,7 +195,8 @@ class Cooling(Figure):
                 ax.axvline(off, color="#B0B5BC", linestyle="--", linewidth=1.0)
                 ax.set(xlabel="time [s]", xlim=(0.0, end), ylim=(0.0, None))
         pictures.append(Picture("history.png", "Vapour, condensed particles and bubbles (mean and range over the "
-                                "seeds), roughness and speed of the surface; dashed: the heater is switched off."))
+                                "seeds), roughness and speed of the surface; the dashed line marks the time at which "
+                                "the heater is switched off."))
         write_csv(folder / "history.csv", curves({"cooling": group}, (
             "n_vapour", "n_bubbles", "n_condensed", "produced", "n_vented", "n_superheated", "T_mean")))
         write_csv(folder / "surface.csv", {
@@ -217,11 +219,11 @@ class Cooling(Figure):
                       f"{spread(vented)} leave at the surface.", [bound("share that condenses", [
                           a / max(a + b, 1.0) for a, b in zip(condensed, vented)], 0.01, 1.0)]),
             judged("The vapour disappears gradually.",
-                      f"{spread(after)} vapour particles are left {end - off:.2g} s later" +
+                      f"{spread(after)} vapour particles are left after {end - off:.2g} s" +
                       (f"; the last is gone after {spread(gone)} s." if None not in gone else "."),
                       [bound("vapour particles left", after, 0, 0), bound("share of the time it takes", [
                           (end - off if one is None else one) / (end - off) for one in gone], 0.05, 1.0)],
-                      "Vapour conducts little: what clings to the base condenses slowly."),
+                      "Vapour conducts badly, so bubbles that cling to the base condense slowly."),
             judged("The surface settles.",
                       f"Its speed falls from {spread(peak['speed'])} m/s at most to {spread(rest['speed'])} m/s at the "
                       f"end, its roughness from {spread([1e3 * value for value in peak['roughness']])} to "
@@ -232,7 +234,7 @@ class Cooling(Figure):
 
 
 def gone_after(table, off):
-    """Time [s] from ``off`` until there is no vapour for good; ``None`` where some is left."""
+    """Time [s] after ``off`` from which there is no more vapour; ``None`` if some is left at the end."""
     there = np.flatnonzero(table["n_vapour"] > 0.0)
     if len(there) == 0:
         return 0.0
@@ -242,7 +244,7 @@ def gone_after(table, off):
 
 
 class BubbleRadius(SteadyBoiling):
-    """The mean radius of the bubbles over time, of the runs of figure 3."""
+    """The mean radius of the bubbles over time, in the runs of figure 3."""
 
     key = "fig15"
     title = "Figure 15: mean radius of the bubbles"
@@ -257,15 +259,15 @@ class BubbleRadius(SteadyBoiling):
         growth = [phases_of_growth(one.table["t"], one.table["bubble_radius_mean"]) for one in group]
         peaks = [peak / level for peak, _, level, _ in growth]
         changes = [change for *_, change in growth]
-        small = "The small form is too short and has too few bubbles to tell." if quick else ""
+        small = "The small form is too short and has too few bubbles." if quick else ""
         levels = [1e3 * one[2] for one in growth]
         statements = [
             judged("The mean radius peaks early and then relaxes.",
                       f"Largest value in the first half: {spread(peaks)} times the level at the end, after "
                       f"{spread([when for _, when, *_ in growth])} of the boiling time.",
                       [bound("peak over level", peaks, PEAK, 3.0)], small or
-                      "Bubbles here grow from single particles at their sites until they depart, so the mean first has "
-                      "to rise to its level.", not quick),
+                      "Bubbles here grow from single particles at their sites until they depart, so the mean "
+                      "first rises to its level.", not quick),
             judged("Then it stays at a stable level.",
                       f"{spread(levels)} mm in the last third, where it changes by "
                       f"{spread([100.0 * change for change in changes])} %.",

@@ -1,4 +1,4 @@
-"""Tables 1 and 2: what each model of boiling does, and which kind of heat each state takes up, asked of the code."""
+"""Tables 1 and 2: properties of the models of boiling and the kind of heat in each state, found by running the code."""
 import numpy as np
 
 from pysph_boiling.evaluation.reproduce.figure import Figure
@@ -23,10 +23,10 @@ WARM, HOT, COLD = 0.02, 0.3, -0.02  # enthalpy over L: 11 K and 161 K above satu
 
 
 def answers(mode):
-    """What a model does with a block of liquid: aspect -> answer, in the paper's words where these fit.
+    """Properties of a model: aspect -> answer, in the paper's words where they apply.
 
-    A :class:`Toy` answers: a block that is warm, with a site or without one; one that is hot, without a site; one that
-    is cold, at a site that holds heat.
+    They are found by running the model on small blocks of liquid (:class:`Toy`): a warm block with and without a site,
+    a hot block without a site, and a cold block at a site that holds heat.
     """
     toys = {site: Toy(mode, site=site).heat(WARM) for site in (True, False)}
     phases = {site: toy.step(2) for site, toy in toys.items()}
@@ -41,7 +41,7 @@ def answers(mode):
                   (True, False, False, False): "Thermodynamic + Kinetic"}
     condition = conditions.get(tuple(bool(enters[name]) for name in ("near", "far", "without", "cold")))
     if condition is None and in_sites and cold_site_emits(mode):
-        condition = "A site that holds enough heat, whatever the particle's own state"
+        condition = "A site that holds enough heat, for any state of the particle"
 
     treated = Toy(mode, site=False).heat(HOT)
     vapour = np.count_nonzero(treated.step() == Phase.VAPOUR)
@@ -54,14 +54,14 @@ def answers(mode):
 
 
 def cold_site_emits(mode):
-    """Whether a site that holds heat makes vapour of liquid below saturation."""
+    """Whether a site that holds heat turns liquid below saturation into vapour."""
     toy = Toy(mode).heat(COLD)
     toy.sites.Q_s[:] = 100.0 * toy.fluid.m[0] * toy.scheme.material.L
     return bool(np.any(toy.step() == Phase.VAPOUR))
 
 
 class Models(Figure):
-    """Table 1: the three models, each asked by running its kernels on a block of liquid."""
+    """Table 1: the three models, compared by running the kernels of each on blocks of liquid."""
 
     key = "table1"
     title = "Table 1: three models of boiling: which superheats, on which condition, and what it does about it"
@@ -79,8 +79,8 @@ class Models(Figure):
                           "The models in words, from schemes/modes.py")],
             data=[write_csv(folder / "models.csv", dict(zip(columns, zip(*rows))))],
             statements=[self.statement(aspect, k, ours) for k, aspect in enumerate(ASPECTS)],
-            text=f"Our cells are answers: in each mode the kernels run on a block of {Toy.SIDE**2} particles that is "
-                 f"warm (e = {WARM} L), hot ({HOT} L) or cold ({COLD} L), with a site or without one.")
+            text=f"Our cells are found by running the kernels of each mode on a block of {Toy.SIDE**2} particles that "
+                 f"is warm (e = {WARM} L), hot ({HOT} L) or cold ({COLD} L), with or without a site.")
 
     def statement(self, aspect, k, ours):
         def text(cells):
@@ -88,11 +88,11 @@ class Models(Figure):
 
         paper, own = ({mode: PAPER_MODELS[mode][k] for mode in ours}, {mode: ours[mode][aspect] for mode in ours})
         why = {
-            "Method": "All models run on the same fluid here, so that they differ in nothing but the change of phase.",
+            "Method": "Here all models run on the same fluid, so that they only differ in the phase change.",
             "Phase transition condition":
-                "The paper's text (section 6) says that Li & Xiao consider neither condition of a particle, its table "
-                "says thermodynamic. Here a site fills from liquid above saturation, and what it turns into vapour may "
-                "be colder.",
+                "The paper's text (section 6) says that Li & Xiao consider neither condition of a particle, but its "
+                "table says thermodynamic. Here a site collects heat from liquid above saturation, and the liquid that "
+                "it turns into vapour may be colder.",
         }
         return Statement(f"{aspect}. {text(paper)}", text(own), paper == own,
                          "" if paper == own else why.get(aspect, ""))
@@ -117,24 +117,25 @@ class HeatChannels(Figure):
                 "" if agrees else WHY[phase] + (f" With {OPTION[phase]} it agrees." if as_paper else "")))
         columns = ("state", "the paper", "ours", "ours in the paper's forms")
         return self.section(
-            tables=[Table(columns, rows, "e is the enthalpy above saturated liquid, e_lat what an interruption froze")],
+            tables=[Table(columns, rows, "e is the enthalpy relative to saturated liquid, e_lat the latent heat held "
+                          "since an interruption")],
             data=[write_csv(folder / "channels.csv", dict(zip(columns, zip(*rows))))], statements=statements,
-            text="Found by giving a particle a little heat and looking at its temperature. The paper's forms are "
-                 "--phases.interrupt convert and --condensation.form paper.")
+            text="The kind of heat is found by adding a little heat to a particle and checking its temperature. The "
+                 "paper's forms are --phases.interrupt convert and --condensation.form paper.")
 
 
 WHY = {
-    Phase.SUPERHEATED: "A particle whose phase change was interrupted keeps what it stored as latent heat, or its "
-                       "temperature would jump.",
-    Phase.VAPOUR: "Vapour that loses heat does not cool here: what it lacks is latent heat of its bubble, which "
-                  "condenses particle by particle. If it cooled, a bubble of eleven would never condense, even in ice "
-                  "water.",
+    Phase.SUPERHEATED: "A particle whose phase change was interrupted keeps the stored latent heat, because otherwise "
+                       "its temperature would jump.",
+    Phase.VAPOUR: "Vapour that loses heat does not cool here; the loss is latent heat of its bubble, which condenses "
+                  "particle by particle. If vapour cooled instead, a bubble of eleven particles would never condense, "
+                  "even in ice water.",
 }
 OPTION = {Phase.SUPERHEATED: "--phases.interrupt convert", Phase.VAPOUR: "--condensation.form paper"}
 
 
 def describe_channels(found):
-    """Text for what :func:`channels` found: one word if it is the same in all ranges."""
+    """Text for the result of :func:`channels`: a single kind of heat if it is the same in all ranges."""
     kinds = list(dict.fromkeys(kind for _, kind in found))
     if len(kinds) == 1:
         return f"{kinds[0]} heat"

@@ -1,5 +1,5 @@
-"""Hard cases, and what they must not do: ``pysph-boiling stress``.
+"""Difficult cases that must stay stable: the command ``pysph-boiling stress``.
 
-Bounds stand in ``bounds.json``, each with its reason; ``judge.py`` applies them; the modules named in ``cases.py`` hold
+``bounds.json`` has the bounds, each with its reason, and ``judge.py`` applies them. ``cases.py`` lists the modules with
 the cases.
 """

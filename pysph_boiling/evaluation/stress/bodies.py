@@ -1,4 +1,4 @@
-"""Unequal particles, odd gravity, periodic borders, threads."""
+"""Unequal particles, unusual gravity, periodic borders, and threads."""
 from functools import partial
 
 import numpy as np
@@ -22,17 +22,17 @@ def pool(dim, effects=MOTION, height=8.0, **options):
 
 
 def draw(points, low, high):
-    """Drawn for each point, log-uniform from ``low`` to ``high``."""
+    """A random number for each point, log-uniform from ``low`` to ``high``."""
     return np.exp(np.random.default_rng(3).uniform(np.log(low), np.log(high), len(points)))
 
 
 def mixed(dim, what, low, high):
-    """``what`` (mass or smoothing) differs from particle to particle, in units of the usual."""
+    """Particles with different masses or smoothing lengths (``what``), relative to the usual ones."""
     return pool(dim, **{what: partial(draw, low=low, high=high)})
 
 
 def tilted(dim, gravity):
-    """A cube of water in free space, or falling sideways or up in its vessel."""
+    """A cube of water without gravity, or falling sideways or upwards in its vessel."""
     lower = tuple(0.5 * (component - 6.0) for component in size(dim))
     upper = tuple(low + 6.0 for low in lower)
     points = block(dim, lower, upper, jitter=0.01 if any(gravity) else 0.0)
@@ -40,14 +40,14 @@ def tilted(dim, gravity):
 
 
 def moving(dim):
-    """Without gravity, a block on its way to a wall."""
+    """A block that moves towards a wall without gravity."""
     lower = tuple(0.5 * (component - 6.0) for component in size(dim))
     return vessel(dim, size(dim), block(dim, lower, tuple(low + 6.0 for low in lower)), MOTION, gravity=(0.0, 0.0, 0.0),
                   velocity=(0.5, 0.0, 0.0), closed=True)
 
 
 def periodic(dim):
-    """A boil in a domain that is periodic along x, with a bubble across the border."""
+    """Boiling in a domain that is periodic along x, with a bubble across the border."""
     width = 12
     upper = (width, 8) if dim == 2 else (width, 8, 8)
     near = (0.0, 4.0) if dim == 2 else (0.0, 4.0, 4.0)
@@ -64,34 +64,34 @@ def periodic(dim):
 
 
 def boil(dim, **options):
-    """A boil with a bubble in superheated water, so that much happens at once."""
+    """Boiling with a bubble in superheated water, so that many events happen at once."""
     return pool(dim, BOIL, vapour=ball((*(component / 2.0 for component in size(dim)[:-1]), 4.0), 1.8),
                 temperature=T_SAT + 40.0, **options)
 
 
 def same_events(dim):
-    """The end check: the run on 2 threads and another on 1 agree to the last bit."""
+    """The end state must agree to the last bit with that of a run on one thread."""
     def end(run):
         other = simulate(Case(name="", hard="", steps=0, build=partial(boil, dim, threads=1)), run.steps)
         if run.events != other.events:
-            yield f"events on 2 threads {run.events}, on 1 thread {other.events}"
+            yield f"the events on 2 threads are {run.events}, those on 1 thread {other.events}"
         elif any(not np.array_equal(run.get(name), other.get(name)) for name in ("x", "y", "z", "u", "v", "w", "e")):
-            yield "events agree, positions, velocities or enthalpies do not to the last bit"
+            yield "the events agree, but positions, velocities or enthalpies do not agree to the last bit"
         if not run.events["n_nucleated"]:
-            yield "nothing happened that could differ"
+            yield "there were no events to compare"
 
     return end
 
 
 def still(run):
-    """A lattice at rest density stays where it is; what moved only slows down."""
+    """A lattice at rest density stays where it is, and initial motion only slows down."""
     speed = run.speeds().max()
     if speed > 1.5 * max(run.fastest, 1e-6):
-        yield f"fastest particle {speed:.3g} m/s, {run.fastest:.3g} at the start"
+        yield f"the fastest particle has {speed:.3g} m/s, but {run.fastest:.3g} m/s at the start"
 
 
 def cases():
-    """The cases of this module."""
+    """Yields the cases of this module."""
     for dim in (2, 3):
         def case(name, hard, build, end, steps=800, quick=150, dim=dim):
             return Case(name=f"{name}-{dim}d", hard=hard, steps=steps, quick=quick if dim == 2 else 0, build=build,
@@ -101,10 +101,10 @@ def cases():
                    settled(level=0.3))
         yield case("masses-light", "masses from 1/10 to 1, at random", partial(mixed, dim, "mass", 0.1, 1.0),
                    settled(level=0.3))
-        yield Case(name=f"masses-heavy-{dim}d", hard="masses up to 10: such a particle alone is too dense",
+        yield Case(name=f"masses-heavy-{dim}d", hard="masses up to 10: a single particle is denser than at rest",
                    steps=200, quick=50 if dim == 2 else 0, build=partial(mixed, dim, "mass", 0.1, 10.0),
                    refused="mass")
-        yield case("masses-boil", "masses from 1/2 to 2 in a boil",
+        yield case("masses-boil", "masses from 1/2 to 2 in boiling water",
                    partial(boil, dim, mass=partial(draw, low=0.5, high=2.0)),
                    all_of(accounted, count("n_nucleated", 1)))
         yield case("smoothing", "smoothing lengths from .8 to 1.25, at random",
@@ -116,7 +116,7 @@ def cases():
                    partial(tilted, dim, up), settled(level=0.3), steps=1500)
         yield case("gravity-sideways", "gravity along x", partial(tilted, dim, (9.81, 0.0, 0.0)), settled(level=0.3),
                    steps=1500)
-        yield case("periodic", "a boil in a periodic domain, a bubble across the border", partial(periodic, dim),
+        yield case("periodic", "boiling in a periodic domain, with a bubble across the border", partial(periodic, dim),
                    accounted)
         yield case("threads", "1 and 2 threads give the same events", partial(boil, dim, threads=2),
                    all_of(accounted, same_events(dim)), quick=200)

@@ -1,4 +1,4 @@
-"""Bubbles: of one particle, of all, a thousand, a chain of ten thousand; merging and splitting; oscillating hard."""
+"""Extreme bubbles: of one particle, a thousand bubbles, a chain of ten thousand particles; merging and oscillating."""
 from functools import partial
 
 import numpy as np
@@ -11,12 +11,12 @@ from pysph_boiling.schemes.effects import Expansion, Heater, Oscillation
 
 __all__ = ["cases"]
 
-COLD = {**BOIL, "heater": None}  # bubbles as they are put there
+COLD = {**BOIL, "heater": None}  # without a heater, only the given bubbles exist
 RING = {**EVERYTHING, **NO_HEAT, "heater": Heater(temperature=T_SAT)}
 
 
 def pool(dim, effects=COLD, *, width=12, height=12, temperature=T_SAT, **options):
-    """A pool with room above; lengths in spacings."""
+    """A pool with space above it; lengths in spacings."""
     upper = (width, height) if dim == 2 else (width, width, height)
     return vessel(dim, (*upper[:-1], 1.5 * height), block(dim, (0.0,) * dim, upper), effects, temperature=temperature,
                   **options)
@@ -36,7 +36,7 @@ def of(dim, n):
 
 
 def shaken(dim):
-    """A bubble whose halves are driven apart and together in turns, 0.45 spacings each step."""
+    """A bubble whose halves are moved apart and together again, 0.45 spacings per step."""
     centre, radius = middle(dim), 2.5
 
     def before(run):
@@ -49,14 +49,14 @@ def shaken(dim):
 
 
 def thousand(dim):
-    """More than a thousand bubbles of one particle, as dense as they can be without touching."""
+    """More than a thousand bubbles of one particle, as close as possible without touching."""
     width, apart = (96, 3) if dim == 2 else (22, 2)
     return pool(dim, width=width, height=width,
                 vapour=lambda points: np.all(np.floor(points[:, :dim]).astype(int) % apart == 0, axis=1))
 
 
 def chain(dim):
-    """One bubble: a serpentine of 10,000 particles in 20 rows, liquid between them, identities shuffled."""
+    """One bubble in the form of a serpentine: 10,000 particles in 20 rows, with shuffled identities."""
     length, rows = 500, 20
     points = block(2, (0.0, 0.0), (length, 2 * rows), jitter=0.0)
 
@@ -70,7 +70,7 @@ def chain(dim):
 
 
 def oscillating(dim, **options):
-    """A bubble of 2.6 spacings' radius under an oscillation constraint."""
+    """A bubble with a radius of 2.6 spacings and an oscillation constraint."""
     return pool(dim, {**RING, "oscillation": Oscillation(**options)}, vapour=ball(middle(dim), 2.6))
 
 
@@ -85,25 +85,25 @@ def collapse(pressure, start, slowdown):
 
 
 def swollen(dim, v_exp):
-    """A bubble of 2.6 spacings' radius whose vapour swells."""
+    """A bubble with a radius of 2.6 spacings whose vapour expands."""
     return pool(dim, {**RING, "expansion": Expansion(v_exp=v_exp)}, vapour=ball(middle(dim), 2.6))
 
 
 def labels_change(run):
-    """Bubbles merged and split in most steps."""
+    """Bubbles must have merged or split in most steps."""
     changes = np.count_nonzero(np.diff(run.table["n_bubbles"]))
     if changes < 0.5 * run.steps:
-        yield f"the number of bubbles changed in {changes} of {run.steps} steps only"
+        yield f"the number of bubbles only changed in {changes} of {run.steps} steps"
 
 
 def one_chain(run):
     rounds, n = run.fluid.bubble_rounds[0] / run.steps, 10_000
     if run.table["n_bubbles"][0] != 1 or not rounds <= 3.0 * (2.0 * np.log2(n) + 4.0):
-        yield f"{run.table['n_bubbles'][0]:g} bubbles after the first step, {rounds:.0f} rounds a step"
+        yield f"there are {run.table['n_bubbles'][0]:g} bubbles after the first step, with {rounds:.0f} rounds per step"
 
 
 def cases():
-    """The cases of this module."""
+    """Yields the cases of this module."""
     saturated = temperatures(T_SAT, T_SAT)
     for dim in (2, 3):
         def case(name, hard, build, end, steps=600, quick=60, dim=dim):
@@ -116,18 +116,18 @@ def cases():
         yield case("thousand", "a thousand bubbles", partial(thousand, dim), saturated, steps=100 if dim == 2 else 60,
                    quick=0)
         for form in ("band", "relative"):
-            yield case(f"omega-1-{form}", f"oscillation '{form}', omega = 1, three solves a step",
+            yield case(f"omega-1-{form}", f"oscillation '{form}' with omega = 1 and three solutions per step",
                        partial(oscillating, dim, form=form, omega=1.0, sweeps=3), saturated)
         for low, high in ((0.3, 0.5), (1.6, 2.0)):
             yield case(f"band-{low}-{high}", f"radius held at {low} to {high} of that at rest, against the density",
                        partial(oscillating, dim, form="relative", lower=low, upper=high, omega=1.0), saturated)
-        yield case("swollen", "vapour swells to just below what is refused, or to the largest expansion",
+        yield case("swollen", "vapour expands to just below the limit",
                    partial(swollen, dim, {2: 3.16, 3: 4.0}[dim]), saturated)
-    yield Case(name="swollen-too-far-2d", hard="vapour swells so far that it is denser than at rest when alone",
+    yield Case(name="swollen-too-far-2d", hard="vapour expands so far that a single particle is denser than at rest",
                steps=1, quick=1, build=partial(swollen, 2, 3.2), refused="expansion.v_exp must be below 3.166")
     yield Case(name="chain-10000-2d", hard="one bubble, a chain of 10,000 particles", steps=20, quick=5,
                build=partial(chain, 2), end=all_of(accounted, one_chain))
     for pressure, scale in ((1e5, 1.0), (1e5, 25.0), (1e7, 1.0), (1e7, 250.0)):
         yield Case(name=f"collapse-{pressure:.0e}-slowed-{scale:g}-3d", hard="Rayleigh-Plesset collapse under "
-                   f"{pressure:.0e} Pa, its time slowed down {scale:g} times", steps=300, quick=0,
+                   f"{pressure:.0e} Pa, slowed down {scale:g} times", steps=300, quick=0,
                    build=partial(collapse, pressure, 2.2, scale), end=all_of(accounted, count("rest_volume", 0.0)))

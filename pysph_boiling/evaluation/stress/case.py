@@ -1,4 +1,4 @@
-"""A hard case, and one run of it."""
+"""A difficult case, and a run of it."""
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,16 +14,16 @@ from pysph_boiling.runs.stepper import Stepper
 
 __all__ = ["Case", "Run", "Setup", "simulate"]
 
-G = 9.81  # [m/s^2] unit of speeds and time steps in a scene without gravity
+G = 9.81  # [m/s^2] used for units of speed and time in a scene without gravity
 
 
 @dataclass(kw_only=True)
 class Setup:
-    """A scene ready to be stepped.
+    """A scene that is ready to step.
 
-    ``factor`` the time step in units of the default one; ``closed`` whether nothing but gravity does work on it, so
-    that kinetic plus potential energy may not rise; ``before(run)`` is called before each step; ``every`` steps between
-    two looks at the state; ``threads`` of OpenMP, as many as there are if not given.
+    ``factor`` is the time step in units of the default one. ``closed`` means that only gravity does work, so that
+    kinetic plus potential energy may not rise. ``before(run)`` is called before each step, ``every`` is the number of
+    steps between two measurements, and ``threads`` is the number of OpenMP threads (all cores if not given).
     """
 
     scheme: Any
@@ -38,11 +38,11 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A hard case.
+    """A difficult case.
 
-    ``hard`` says what is hard; ``build()`` makes the :class:`Setup`; ``steps`` of the full form, ``quick`` of the quick
-    one (0: left to the full form). ``end(run)`` yields what is not sensible about the end state. ``refused`` is what
-    the error must say where the case has to be refused.
+    ``hard`` says what is difficult about it, and ``build()`` makes the :class:`Setup`. ``steps`` and ``quick`` are the
+    numbers of steps in the full and in the quick form (0 leaves the case out). ``end(run)`` yields a sentence for each
+    fault of the end state. If the case must be refused, ``refused`` is a part of the error message.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Case:
 
 @dataclass
 class Run:
-    """One run of a case: the state it is in, and what was seen after each step (``table``, name -> list)."""
+    """A run of a case: its state, and the measurements after each step (``table``, name -> list)."""
 
     setup: Setup
     stepper: Stepper = None
@@ -64,13 +64,13 @@ class Run:
     table: dict = field(default_factory=dict)
     warned: list = field(default_factory=list)
     stopped: str = ""  # why it ended early
-    refusal: str = ""  # why it did not start
+    refusal: str = ""  # error message if it did not start
     steps: int = 0
     whole: bool = True  # not the short form
-    seconds: float = 0.0  # of the processor, on all threads
+    seconds: float = 0.0  # processor time of all threads
 
     def begin(self):
-        """Compile, and look at the start."""
+        """Compile, and measure the initial state."""
         setup = self.setup
         scheme = setup.scheme
         self.scene, self.container = scheme.scene(), scheme.effects.get("container")
@@ -78,7 +78,7 @@ class Run:
         self.dt = setup.factor * (scheme.time_step() if self.scene.g else 0.07 * (scheme.spacing / G) ** 0.5)
         self.stepper = Stepper(scheme, setup.arrays, dt=self.dt, domain=setup.domain)
         self.fluid = scheme.arrays[0]
-        self.stepper.solver.integrator.settle()  # energy counts from here: distances that were too short are no motion
+        self.stepper.solver.integrator.settle()  # energy counts after particles were moved apart
         self.ledger = Ledger(scheme, every=setup.every)
         self.ledger.begin(scheme.arrays)
         self.stepper.tools.append(self.ledger)
@@ -113,7 +113,7 @@ class Run:
         return float(np.sum(self.get("m") * (0.5 * self.speeds() ** 2 + self.scene.g * heights)))
 
     def outside(self):
-        """Particles outside the container; round-off of a face does not count."""
+        """Number of particles outside the container, by more than round-off."""
         if self.container is None:
             return 0
         slack, inside = 1e-9 * self.scene.spacing, True
@@ -122,18 +122,18 @@ class Run:
         return int(np.count_nonzero(~inside))
 
     def bad(self):
-        """Values that are NaN or Inf, over all properties."""
+        """Number of values that are NaN or Inf, over all properties."""
         return sum(int(np.count_nonzero(~np.isfinite(array.get_npy_array())))
                    for array in self.fluid.properties.values() if array.get_c_type() in ("double", "float"))
 
     def look(self):
-        """Note the state; whether it can be stepped on."""
+        """Measure the state; returns whether the run can continue."""
         seen = dict(self.ledger.rows[-1], speed=float(np.max(self.speeds(), initial=0.0)), outside=self.outside(),
                     bad=self.bad(), mechanical=self.mechanical())
         for name, value in seen.items():
             self.table.setdefault(name, []).append(float(value))
         if seen["bad"]:
-            self.stopped = f"NaN or Inf after step {self.steps}"
+            self.stopped = f"there is NaN or Inf after step {self.steps}"
         return not seen["bad"]
 
     def advance(self, steps):
@@ -147,12 +147,12 @@ class Run:
                 return
 
     def last(self, name):
-        """What a column ends with."""
+        """The last value of a column."""
         return self.table[name][-1]
 
     @property
     def events(self):
-        """Discrete events since the start: name -> number."""
+        """Number of discrete events since the start: name -> number."""
         return {name: int(values[-1]) for name, values in self.table.items() if name in EVENTS}
 
 
@@ -160,7 +160,7 @@ EVENTS = ("n_nucleated", "n_interrupted", "n_burst", "n_condensed", "n_vented", 
 
 
 def simulate(case, steps):
-    """Run a case for ``steps`` steps; an error ends it and is kept. Returns the :class:`Run`."""
+    """Run a case for ``steps`` steps; an error ends it and is stored. Returns the :class:`Run`."""
     run, threads, begun = Run(None, whole=steps >= case.steps), get_number_of_threads(), process_time()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -174,7 +174,7 @@ def simulate(case, steps):
         else:
             try:
                 run.advance(steps)
-            except Exception as error:  # whatever it is, it is a result of the case
+            except Exception as error:  # any error is a result of the case
                 run.stopped = f"step {run.steps + 1}: {type(error).__name__}: {error}"
         finally:
             set_number_of_threads(threads)

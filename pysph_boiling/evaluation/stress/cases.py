@@ -1,4 +1,4 @@
-"""All hard cases, in the order of the table."""
+"""All difficult cases, in the order of the table."""
 import importlib
 
 __all__ = ["MODULES", "all_cases"]

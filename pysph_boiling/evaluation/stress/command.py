@@ -13,6 +13,7 @@ from pysph_boiling.names import unknown
 from pysph_boiling.report import markdown
 from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
+from pysph_boiling.runs import safeguards
 from pysph_boiling.runs.jobs import Job, check_count, run_jobs
 from pysph_boiling.runs.ledger import write_json
 
@@ -69,22 +70,8 @@ def measure(case, run, bounds):
         row.residual = most("energy_residual")
         if run.setup.closed:
             row.rise = float((max(run.table["mechanical"]) - run.first) / run.scale)
-        row.safeguards = safeguards(run)
+        row.safeguards = safeguards.summary(run.table)
     return row
-
-
-def safeguards(run):
-    """Which safeguards acted, and how often."""
-    parts = []
-    for name, text in (("n_split", "split steps {}"), ("n_limited", "limiter {}"), ("n_projected", "container {}"),
-                       ("n_unconverged", "unconverged steps {}"),
-                       ("n_clamped", "volume held {}")):
-        if name in run.table and run.table[name][-1] > 0:
-            parts.append(text.format(int(run.table[name][-1])))
-    heat = max(run.table.get("heat_subcycles", [1.0]))
-    if heat > 1.0:
-        parts.append(f"heat steps {int(heat)}")
-    return ", ".join(parts)
 
 
 def perform(name, steps, bounds):

@@ -1,4 +1,4 @@
-"""Heat: fluxes, conductivities, temperatures and latent heats out of all proportion."""
+"""Extreme heat fluxes, conductivities, temperatures and latent heats."""
 from functools import partial
 
 import numpy as np
@@ -11,38 +11,38 @@ from pysph_boiling.schemes.effects import Buoyancy, HeatConduction, Heater
 
 __all__ = ["cases"]
 
-FLUX = 2e4  # [W/m^2] before the factor A: what the calibration's boils were made with
+FLUX = 2e4  # [W/m^2] before the factor A, as in the calibration
 WATER = WATER_1ATM
 HOTTEST = T_SAT + 60.0  # of the heater
 
 
 def pool(dim, changes=None, effects=BOIL, layers=10, **options):
-    """Water over a heated base; ``changes`` replaces effects of the set."""
+    """Water on a heated base; ``changes`` replaces some of the effects."""
     upper, size = ((12, layers), (12, 1.6 * layers)) if dim == 2 else ((8, 8, layers), (8, 8, 1.6 * layers))
     return vessel(dim, size, block(dim, (0.0,) * dim, upper), {**effects, **(changes or {})}, **options)
 
 
 def flux(dim, times):
-    """Of a fluid without a critical point: ten times the flux takes water past its own in 22 steps, and ends a run."""
+    """A high flux into a fluid without a critical point (ten times the flux heats water past it in 22 steps)."""
     return pool(dim, {"heater": Heater(flux=FLUX * times)}, material=WATER.with_(T_crit=1e9))
 
 
 def stiff(dim, excess):
-    """The explicit limit of the heat step exceeded ``excess``-fold, by conductivity alone."""
+    """A conductivity with which the explicit limit of the heat step is exceeded ``excess``-fold."""
     step = 0.07 * np.sqrt(DX / 9.81)
     limit = 0.1 * WATER.rho_l * WATER.c_l * (1.2 * DX) ** 2 / WATER.k_l
     return pool(dim, {"heat": HeatConduction(enhancement=excess * limit / step)}, layers=6)
 
 
 def contrast(dim):
-    """Vapour conducts 1e4 times worse than the liquid that touches it, and is 200 K hotter."""
+    """Vapour that is 200 K hotter than the adjacent liquid and conducts 1e4 times worse."""
     middle = (6.0, 5.0) if dim == 2 else (4.0, 4.0, 5.0)
     return pool(dim, {"heater": None}, vapour=ball(middle, 2.5), e_vapour=WATER.L + 200.0 * WATER.c_v,
                 material=WATER.with_(k_v=WATER.k_l / 1e4), temperature=T_SAT - 10.0)
 
 
 def quench(dim):
-    """A bubble 300 K above saturation in water at 0 degrees; it does not rise, and heat runs 20 times faster still."""
+    """A bubble 300 K above saturation in water of 0 degrees Celsius, without buoyancy and with heat 20 times faster."""
     middle = (6.0, 4.0) if dim == 2 else (4.0, 4.0, 4.0)
     effects = {"heater": None, "buoyancy": Buoyancy(k_bubble=0.0), "heat": HeatConduction(time_scaling=16e3)}
     return pool(dim, effects, vapour=ball(middle, 2.0), e_vapour=WATER.L + 300.0 * WATER.c_v,
@@ -50,13 +50,13 @@ def quench(dim):
 
 
 def burst(dim):
-    """Water 100 K above saturation everywhere, threshold at 30 K."""
+    """Water 100 K above saturation everywhere, with a threshold of 30 K."""
     effects = {**NO_HEAT, "heater": Heater(temperature=T_SAT + 100.0)}
     return pool(dim, effects, EVERYTHING, layers=8, temperature=T_SAT + 100.0)
 
 
 def flicker(dim):
-    """Enthalpies of round-off size about saturation, with a site and vapour near: phases may change at every step."""
+    """Enthalpies within round-off of saturation near a site and vapour, so that phases may change at every step."""
     def temperature(points):
         return T_SAT + np.random.default_rng(0).choice([-1e-9, 0.0, 1e-9], len(points))
 
@@ -69,25 +69,25 @@ def latent(dim, L):
 
 
 def delivered(run):
-    """What the heater gives is flux times area times time, whatever the flux."""
+    """The heater must deliver flux times area times time, for any flux."""
     flux = run.scene.effects["heater"].flux * run.scene.effects["heat"].time_scaling
     area = np.sum(run.setup.arrays[1].heated) * run.scene.spacing ** (run.scene.dim - 1)
     given = run.last("energy_heater") + run.last("energy_undelivered")
     if not abs(given / (flux * area * run.steps * run.dt) - 1.0) <= 1e-9:
-        yield f"heater gave {given:.4g} J of {flux * area * run.steps * run.dt:.4g} J"
+        yield f"the heater delivered {given:.4g} J instead of {flux * area * run.steps * run.dt:.4g} J"
     if run.last("energy_undelivered") > 0.05 * given:
-        yield f"{run.last('energy_undelivered') / given:.0%} of the heater's energy found nothing to heat"
+        yield f"{run.last('energy_undelivered') / given:.0%} of the heater's energy was not delivered"
 
 
 def nothing_made(run):
-    """A state at saturation to round-off makes and loses no vapour."""
+    """A state within round-off of saturation must make and lose no vapour."""
     made = sum(run.events[name] for name in ("n_nucleated", "n_condensed"))
     if made:
-        yield f"{made} particles vaporised or condensed out of round-off"
+        yield f"{made} particles vaporised or condensed because of round-off"
 
 
 def cases():
-    """The cases of this module."""
+    """Yields the cases of this module."""
     for dim in (2, 3):
         quick = 100 if dim == 2 else 0
         for times in (1, 10, 100, 1000):
@@ -102,7 +102,7 @@ def cases():
         yield Case(name=f"heater-250K-{dim}d", hard="heater 250 K above saturation", steps=800, quick=quick,
                    build=partial(pool, dim, {"heater": Heater(temperature=T_SAT + 250.0)}),
                    end=all_of(accounted, temperatures(T_SAT - 2.0, T_SAT + 250.0), count("n_nucleated", 1)))
-        yield Case(name=f"quench-{dim}d", hard="vapour of 400 °C in water of 0 °C", steps=1500, quick=4 * quick,
+        yield Case(name=f"quench-{dim}d", hard="vapour at 400 °C in water at 0 °C", steps=1500, quick=4 * quick,
                    build=partial(quench, dim),
                    end=all_of(accounted, temperatures(273.15, T_SAT + 300.0), count("n_condensed", 1)))
         yield Case(name=f"burst-{dim}d", hard="all liquid above the dynamic threshold at once", steps=800,

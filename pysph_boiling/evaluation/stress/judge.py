@@ -1,4 +1,4 @@
-"""The rules by which a hard case passes; their bounds are read from ``bounds.json`` before anything runs."""
+"""The rules by which a difficult case passes; their bounds are read from ``bounds.json`` before anything runs."""
 import json
 from fnmatch import fnmatch
 from pathlib import Path
@@ -9,7 +9,7 @@ __all__ = ["RULES", "bounds_of", "judge", "load_bounds"]
 
 
 def load_bounds(path=None):
-    """The bounds as they stand in the file: ``rules`` name -> {bound, unit, reason}, ``exceptions`` a list.
+    """The bounds in the file: ``rules`` is name -> {bound, unit, reason}, ``exceptions`` is a list.
 
     Errors: ``ValueError`` for an unknown or missing rule, and for a bound without a reason.
     """
@@ -17,16 +17,18 @@ def load_bounds(path=None):
     wrong = set(bounds["rules"]) ^ set(RULES)
     wrong |= {entry["rule"] for entry in bounds["exceptions"]} - set(RULES)
     if wrong:
-        raise ValueError(f"bounds: unknown or missing rule {', '.join(sorted(wrong))}")
+        raise ValueError(f"bounds: unknown or missing rules: {', '.join(sorted(wrong))}")
     for entry in (*bounds["rules"].values(), *bounds["exceptions"]):
         if not entry.get("reason"):
-            raise ValueError(f"bounds: no reason is given for {entry}")
+            raise ValueError(f"bounds: there is no reason for {entry}")
     return bounds
 
 
 def bounds_of(name, bounds):
-    """Rule -> bound of one case: exceptions (file-name patterns of cases) override, later ones first; ``None``: the
-    rule is not applied."""
+    """Rule -> bound of one case, ``None`` if the rule does not apply.
+
+    Exceptions name cases by patterns and override the rules; later ones override earlier ones.
+    """
     found = {rule: entry["bound"] for rule, entry in bounds["rules"].items()}
     for entry in bounds["exceptions"]:
         if any(fnmatch(name, pattern) for pattern in entry["cases"]):
@@ -35,7 +37,7 @@ def bounds_of(name, bounds):
 
 
 def column(name, reduce=np.max, until=None, after=False, only=None, scale=None):
-    """A rule: a column of the table, reduced over the steps, is at most the bound."""
+    """A rule that a column of the table, reduced over the steps, is at most the bound."""
     def rule(run, bound, bounds):
         if name not in run.table or (only and not only(run)) or (until and run.setup.factor > bounds[until]):
             return None
@@ -47,7 +49,7 @@ def column(name, reduce=np.max, until=None, after=False, only=None, scale=None):
 
 
 def rise(run, bound, bounds):
-    """Kinetic plus potential energy above its start, over m g H."""
+    """Increase of kinetic plus potential energy since the start, over m g H."""
     if not run.setup.closed:
         return None
     found = (np.max(run.table["mechanical"]) - run.first) / run.scale
@@ -55,7 +57,7 @@ def rise(run, bound, bounds):
 
 
 def free_fall(run):
-    """Speed of what falls through the depth from the fastest speed at the start [m/s]."""
+    """Speed [m/s] after a fall through the depth that begins with the fastest speed at the start."""
     return np.sqrt(2.0 * run.g * run.depth + run.fastest**2)
 
 
@@ -80,16 +82,16 @@ RULES = {
 
 
 def judge(case, run, bounds):
-    """What is wrong with a run, as a list of (rule, sentence): empty if it passes.
+    """The faults of a run as a list of (rule, sentence), empty if it passes.
 
-    A case that has to be refused passes if it was, with the words that it asks for; any other passes if it ran to its
-    end within all bounds and its end state is sensible.
+    A case that must be refused passes if it was refused with the right message. Any other case passes if it ran to its
+    end within all bounds and its end state has no faults.
     """
     if case.refused:
         said = run.refusal or run.stopped
         if not said:
-            return [("refused", f"it ran; it should have been refused with '{case.refused}'")]
-        return [] if case.refused in said else [("refused", f"refused with '{said}', not with '{case.refused}'")]
+            return [("refused", f"it ran, but should have been refused with '{case.refused}'")]
+        return [] if case.refused in said else [("refused", f"it was refused with '{said}', not '{case.refused}'")]
     if run.refusal:
         return [("refused", run.refusal)]
     wrong = [("stopped", run.stopped)] if run.stopped else []

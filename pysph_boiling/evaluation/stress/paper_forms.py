@@ -1,4 +1,4 @@
-"""The paper's literal forms, at sizes that it does not show."""
+"""The literal formulas of the paper, for bubbles of sizes that it does not show."""
 from functools import partial
 
 from pysph_boiling.evaluation.stress.case import Case
@@ -36,12 +36,12 @@ def large(dim, radius, **changes):
 
 
 def cases():
-    """The cases of this module."""
+    """Yields the cases of this module."""
     for dim in (2, 3):
         radius = 8.0 if dim == 2 else 5.0
         for a_max in (3.0, 100.0):
-            yield Case(name=f"paper-{a_max:g}g-{dim}d", hard="eqs. 17 to 22 and 28 to the letter, one bubble "
-                       f"of {'200' if dim == 2 else '500'}, buoyancy cut at {a_max:g} g", steps=600,
+            yield Case(name=f"paper-{a_max:g}g-{dim}d", hard="literal eqs. 17 to 22 and 28, one bubble of "
+                       f"{'200' if dim == 2 else '500'} particles, buoyancy limited to {a_max:g} g", steps=600,
                        quick=100 if dim == 2 else 0,
                        build=partial(large, dim, radius, buoyancy=Buoyancy(form="paper", k_bubble=1.5, a_max=a_max)),
                        end=all_of(accounted, count("n_vented", 0)))

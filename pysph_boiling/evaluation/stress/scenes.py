@@ -1,4 +1,4 @@
-"""The scenes that hard cases start from: three sets of effects, on a vessel of water."""
+"""The scenes of the difficult cases: three sets of effects in a vessel of water."""
 import numpy as np
 
 from pysph_boiling.evaluation.stress.case import Setup
@@ -46,11 +46,11 @@ EVERYTHING = {
     "dynamic_nucleation": DynamicNucleation(superheat_limit=30.0),
     "convection": Convection(), "expansion": Expansion(), "oscillation": Oscillation(form="relative"),
     "venting": Venting(mode="remove"), "refill": Refill()}
-NO_HEAT = dict(loss=AmbientLoss(coefficient=0.0), source=HeatSource(density=0.0))  # the same modules, but no exchange
+NO_HEAT = dict(loss=AmbientLoss(coefficient=0.0), source=HeatSource(density=0.0))  # same modules, no exchange
 
 
 def block(dim, lower, upper, *, spacing=1.0, jitter=0.01, seed=0):
-    """Points (n, 3) of a lattice that fills a box, in spacings; ``lower`` and ``upper`` have ``dim`` components."""
+    """Points (n, 3) of a lattice that fills a box, in spacings; the corners have ``dim`` components."""
     counts = np.round((np.array(upper, float) - lower) / spacing).astype(int)
     points = np.zeros((int(np.prod(counts)), 3))
     points[:, :dim] = np.array(lower) + spacing * (np.indices(counts).reshape(dim, -1).T + 0.5)
@@ -59,7 +59,7 @@ def block(dim, lower, upper, *, spacing=1.0, jitter=0.01, seed=0):
 
 
 def ball(centre, radius):
-    """A function of points, in spacings: which of them lie in a disc or ball."""
+    """A function that returns which points lie in a disc or ball; lengths in spacings."""
     return lambda points: np.sum((points[:, :len(centre)] - centre) ** 2, axis=1) < radius**2
 
 
@@ -67,9 +67,9 @@ def vessel(dim, size, points, effects, *, velocity=None, temperature=T_SAT - 2.0
            smoothing=1.0, heated=0.7, sites=None, density=None, material=WATER_1ATM, gravity=None, uid=None, **setup):
     """A box of ``size`` (dim numbers) with fluid at ``points`` (n, 3), lengths in spacings.
 
-    ``velocity`` [m/s], ``temperature`` [K], ``vapour`` (bool), ``mass`` and ``smoothing`` (units of the usual) are a
-    value for all, an array, or a function of the points. ``density`` overrides :class:`DensityConstraint`. Further
-    keywords go to :class:`Setup`.
+    ``velocity`` [m/s], ``temperature`` [K], ``vapour`` (bool), ``mass`` and ``smoothing`` (both relative to the usual
+    values) are one value for all, an array, or a function of the points. ``density`` overrides
+    :class:`DensityConstraint`. Further keywords are passed to :class:`Setup`.
     """
     points = np.asarray(points, float)
     upper = (*(DX * component for component in size), *(0.0,) * (3 - dim))

@@ -1,4 +1,4 @@
-"""Time step, sweeps, long and deep and fast: motion alone."""
+"""Extreme time steps, numbers of sweeps, depths, speeds and durations."""
 from functools import partial
 
 import numpy as np
@@ -11,11 +11,11 @@ from pysph_boiling.schemes.effects import DensityConstraint
 __all__ = ["cases"]
 
 
-SHORTEST = 0.017 / 0.07  # of the default time step: shorter ones turn no density error into velocity
+SHORTEST = 0.017 / 0.07  # relative to the default time step; shorter steps turn no density error into velocity
 
 
 def box(dim, width, height, depth=6):
-    """Size of a vessel in spacings; ``depth`` is that of a 3-D one."""
+    """Size of a vessel in spacings; ``depth`` is used in 3-D only."""
     return (width, height) if dim == 2 else (width, depth, height)
 
 
@@ -40,14 +40,14 @@ def boil(dim, factor):
 
 
 def violent(dim, factor):
-    """Water 100 K above saturation round a bubble: it bursts, swells and oscillates."""
+    """Water 100 K above saturation around a bubble, which bursts, swells and oscillates."""
     middle = (6.0, 4.0) if dim == 2 else (6.0, 3.0, 4.0)
     return vessel(dim, box(dim, 12, 20), block(dim, (0.0,) * dim, box(dim, 12, 10)), EVERYTHING,
                   vapour=ball(middle, 2.0), temperature=T_SAT + 100.0, factor=factor)
 
 
 def of_any_length(build, dim):
-    """Every other step is an ordinary one; those between have lengths at random, from .2 t* to a millionth of that."""
+    """Every other step has the usual length; the others have random lengths between .2 t* and a millionth of it."""
     setup, random = build(dim, factor=0.2 / 0.07), np.random.default_rng(0)
 
     def before(run):
@@ -58,14 +58,14 @@ def of_any_length(build, dim):
 
 
 def falls(run):
-    """Water that falls from rest has about the speed of a stone."""
+    """Water that falls from rest must have about the speed of free fall."""
     share = run.table["speed"][-1] / (run.g * run.dt * run.steps)
     if not 0.2 <= share <= 2.0:
-        yield f"the fastest particle has {share:.2g} times the speed of a stone that falls as long"
+        yield f"the fastest particle has {share:.2g} times the speed of free fall"
 
 
 def quiet(dim):
-    """Water at rest, one temperature, every effect of a boil ready; too cold for any to act."""
+    """Cold water at rest with all effects of boiling, none of which should act."""
     upper = box(dim, 20, 16)
     return vessel(dim, box(dim, 20, 20), block(dim, (0.0,) * dim, upper), {**BOIL, "heater": None}, closed=True,
                   temperature=T_SAT - 20.0, every=20)
@@ -88,7 +88,7 @@ def collision(dim):
 
 
 def cases():
-    """The cases of this module."""
+    """Yields the cases of this module."""
     for dim in (2, 3):
         for factor in (1, 2, 5, 10, 20):
             yield Case(
@@ -107,7 +107,7 @@ def cases():
         for name, build, end in (("dam", dam, settled(level=0.15)), ("boil", boil, accounted),
                                  ("violent", violent, all_of(accounted, count("n_burst", 5)))):
             yield Case(name=f"{name}-any-step-{dim}d", steps=4000 if build is dam else 1200,
-                       hard="every other step of any length, .2 t* to a millionth of it",
+                       hard="every other step has a random length, from .2 t* to a millionth of it",
                        quick=200 if dim == 2 and build is not violent else 0,
                        build=partial(of_any_length, build, dim), end=end)
         for factor in (2, 5, 10, 20):
@@ -115,7 +115,7 @@ def cases():
                        steps=1200 // factor, quick=200 // factor if dim == 2 else 0, build=partial(boil, dim, factor),
                        end=all_of(accounted, temperatures(T_SAT, T_SAT + 60.0)))
         yield Case(
-            name=f"dam-one-sweep-{dim}d", hard="one density sweep a step", steps=2400, quick=400 if dim == 2 else 0,
+            name=f"dam-one-sweep-{dim}d", hard="one density sweep per step", steps=2400, quick=400 if dim == 2 else 0,
             build=partial(dam, dim, density=DensityConstraint(min_sweeps=1, max_sweeps=1)), end=settled(level=0.15))
         yield Case(name=f"column-80-{dim}d", hard="80 layers deep", steps=1500 if dim == 2 else 500,
                    quick=200 if dim == 2 else 0, build=partial(column, dim, 80), end=settled(always=True))

@@ -1,10 +1,10 @@
-"""Effects: what a scene may ask for. One frozen dataclass each, nothing else to change when one is added.
+"""Effects, from which scenes are composed. Each is one frozen dataclass, and adding one changes nothing else.
 
-An effect states its parameters (with unit, bounds and meaning), the effects it needs, the properties, constants,
-energy flows and result columns it adds, and yields its equations as :class:`Term`. A scene that leaves an effect out
-has none of these. A class registers itself by its ``slot``; several classes may share a slot (two containers). Slots
-are in the order of the imports below: so stand their terms in a group, and so their tools act after a step. Effects of
-other packages (``example_plugin/``) come after them.
+An effect defines its parameters (with unit, bounds and meaning), the effects it requires, and the properties,
+constants, energy flows and result columns that it adds, and it yields its equations as :class:`Term`. A scene without
+an effect has none of these. A class registers itself by its ``slot``; several classes may share a slot, such as the two
+containers. The order of the imports below is the order of the slots, in which terms are sorted within a group and
+tools act after a step. Effects of other packages (``example_plugin/``) come last.
 """
 # ruff: noqa: I001 - the order of these imports is the order of the slots
 from pysph_boiling.schemes.effects.base import (

@@ -1,4 +1,4 @@
-"""What every effect shares: parameters with unit and bounds, what an effect may know and what it may add."""
+"""The base of all effects: parameters with unit and bounds, what an effect knows of its scene, and what it can add."""
 import dataclasses
 import functools
 import math
@@ -40,7 +40,7 @@ class SchemeContext:
     material: Any
     gravity: tuple[float, float, float]
     effects: dict[str, "Effect"]
-    period: np.ndarray  # (3,) length of the domain along each axis, 0 where it is not periodic; 0 until a solver has it
+    period: np.ndarray  # (3,) length of the domain along each axis, 0 if not periodic or without a solver
 
     @property
     def g(self):
@@ -49,7 +49,7 @@ class SchemeContext:
 
     @property
     def up(self):
-        """Unit vector against gravity; along the last axis where there is none."""
+        """Unit vector against gravity; along the last axis if there is no gravity."""
         if self.g == 0.0:
             return tuple(float(axis == self.dim - 1) for axis in range(3))
         return tuple(-component / self.g for component in self.gravity)
@@ -61,11 +61,11 @@ class SchemeContext:
 
     @property
     def fall_time(self):
-        """t* = sqrt(spacing/|g|) [s], the unit of time of the tuned rates; infinite without gravity."""
+        """t* = sqrt(spacing/|g|) [s], the unit of time for tuned rates; infinite without gravity."""
         return math.sqrt(self.spacing / self.g) if self.g else math.inf
 
     def bubble_radius(self, spacings):
-        """A radius that acts on vapour [m], given in spacings of vapour; at most the support of the kernel."""
+        """A radius of action on vapour [m] from one in spacings of vapour; at most the support of the kernel."""
         v_exp = self.effects["expansion"].v_exp if "expansion" in self.effects else 1.0
         return min(spacings * self.spacing * v_exp ** (1.0 / self.dim), max(self.support, spacings * self.spacing))
 
@@ -86,7 +86,7 @@ class Snapshot(list):
 def computed_once(function):
     """A function of fluid arrays, and of what can be a key, which is computed once for each :class:`Snapshot`.
 
-    Of a plain list of arrays it is computed each time. The result is not to be written to.
+    Further arguments must be hashable. For a plain list of arrays it is computed each time. Do not modify the result.
     """
     @functools.wraps(function)
     def call(arrays, *args):
@@ -110,12 +110,12 @@ class Column(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """When ``effects="auto"`` chooses an effect.
+    """The rule by which ``effects="auto"`` chooses an effect.
 
-    It does so where all that the effect requires and the slots in ``after`` have been chosen, and ``holds(facts,
-    chosen)`` is true (:class:`pysph_boiling.schemes.auto.Facts`; the effects chosen so far, by slot).
+    The effect is chosen if all effects that it requires and all slots in ``after`` have been chosen, and ``holds(facts,
+    chosen)`` is true, where ``facts`` is a :class:`pysph_boiling.schemes.auto.Facts` and ``chosen`` is slot -> effect.
 
-    ``why`` and ``why_not`` are the reasons that are printed; in them ``{}`` is what ``holds`` gave, ``{f}`` the facts.
+    ``why`` and ``why_not`` are the reasons to print, in which ``{}`` is the result of ``holds`` and ``{f}`` the facts.
     """
 
     holds: Callable
@@ -125,10 +125,10 @@ class Rule(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """Enthalpy that crosses the border of the domain [J]: the sum of a per-particle property, or a constant.
+    """Enthalpy that crosses the border of the domain [J]: the sum of a property of the particles, or a constant.
 
-    ``sign`` is +1 where a positive value brings energy in. ``leak`` marks energy made or lost by a literal form of the
-    paper: it is no flow, but the ledger closes with it.
+    ``sign`` is +1 if a positive value brings energy in. ``leak`` marks energy that a literal formula of the paper
+    creates or loses; it is not a flow, but the energy balance includes it.
     """
 
     name: str
@@ -140,12 +140,13 @@ class Flow(NamedTuple):
 
 def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None, may_change=False,
           temperature=False, sets=None):
-    """A parameter of an effect: a dataclass field that carries unit, meaning and bounds.
+    """A parameter of an effect or a scene: a dataclass field with unit, meaning and bounds.
 
-    ``low`` and ``high`` are allowed values, ``above`` is not. ``None`` as the default means that the scene decides.
-    ``may_change``: a run may go on with another value; the state of its files must not depend on it. ``temperature``
-    marks an absolute temperature, which must not be below that of melting (:func:`check_temperatures`).
-    ``sets`` is the parameter of an effect ("slot.name") that follows from this one of a scene, if nothing else is said.
+    Values from ``low`` to ``high`` are allowed, and values must be greater than ``above``. The default ``None`` means
+    that the scene decides. ``may_change`` means that a resumed run may have another value, which is possible if the
+    files of a run do not depend on it. ``temperature`` marks an absolute temperature, which must not be below melting
+    (:func:`check_temperatures`). ``sets`` is the parameter of an effect ("slot.name") that a parameter of a scene sets,
+    unless it is given itself.
     """
     meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices, may_change=may_change,
                 temperature=temperature, sets=sets)
@@ -153,9 +154,9 @@ def param(default, unit, meaning, *, low=None, high=None, above=None, choices=No
 
 
 def check_temperatures(instance, label, material):
-    """Check the absolute temperatures among parameters: 140, which is meant in degrees Celsius, is no water.
+    """Check that absolute temperatures among the parameters are above melting, so that degrees Celsius are noticed.
 
-    Errors: ``ValueError`` with what ``label`` makes of the parameter's name, the limit and the unit.
+    Errors: ``ValueError`` with ``label(name)`` for the name of the parameter, the limit and the unit.
     """
     for spec in dataclasses.fields(instance):
         T = getattr(instance, spec.name)
@@ -164,7 +165,7 @@ def check_temperatures(instance, label, material):
 
 
 def check_parameters(instance, label):
-    """Coerce the parameters of a dataclass made of :func:`param` and check them against their bounds."""
+    """Convert the parameters of a dataclass with :func:`param` fields to their types, and check their bounds."""
     for spec in dataclasses.fields(instance):
         value, meta = getattr(instance, spec.name), spec.metadata
         if "unit" not in meta or (value is None and spec.default is None):
@@ -203,12 +204,29 @@ def check_parameters(instance, label):
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """Base of all effects. Subclasses are frozen dataclasses whose fields are made by :func:`param`."""
+    """Base class of all effects. Subclasses are frozen dataclasses whose fields are made by :func:`param`.
+
+    Example: an effect that decelerates bubbles. A real one also overrides :meth:`terms`, to yield its equations.
+
+    >>> from dataclasses import dataclass
+    >>> from typing import ClassVar
+    >>> from pysph_boiling.schemes.effects.base import Effect, param
+    >>> @dataclass(frozen=True, kw_only=True)
+    ... class Brake(Effect):
+    ...     slot: ClassVar[str] = "brake"
+    ...     rate: float = param(0.1, "1/s", "rate at which velocities decay", low=0.0)
+    >>> Brake(rate=2.0).replaced(rate=3.0)
+    Brake(rate=3.0)
+    >>> Brake(rate=-1.0)
+    Traceback (most recent call last):
+        ...
+    ValueError: brake.rate must be >= 0.0 1/s, got -1.0 1/s
+    """
 
     slot: ClassVar[str] = ""
     title: ClassVar[str] = ""
     requires: ClassVar[tuple[str, ...]] = ()
-    auto_rule: ClassVar[Rule | None] = None  # None: only if asked for; the first class of a slot speaks for all of it
+    auto_rule: ClassVar[Rule | None] = None  # None: only if asked for; the rule of the first class of a slot counts
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
     parameter_constants: ClassVar[tuple[str, ...]] = ()  # they hold parameters: a resumed run has those asked for now
 
@@ -218,15 +236,15 @@ class Effect:
 
     @property
     def removes_particles(self):
-        """Whether particles leave the arrays, so that what they summed up must be carried on."""
+        """Whether it removes particles, so that their cumulative properties must be kept in constants."""
         return False
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
         if not re.fullmatch("[a-z]+(_[a-z]+)*", cls.slot):
-            raise TypeError(f"effect {cls.__name__} needs a slot of its own: a name of small letters, such as "
+            raise TypeError(f"effect {cls.__name__} needs a slot of its own, a name in lower-case letters such as "
                             f"slot = \"swirl\", got {cls.slot!r}")
-        # not twice where a module is read again
+        # not twice if a module is imported again
         others = [other for other in EFFECTS.get(cls.slot, ()) if _place(other) != _place(cls)]
         EFFECTS[cls.slot] = [*others, cls]
 
@@ -251,7 +269,7 @@ class Effect:
         return {}
 
     def flows(self, scene) -> tuple[Flow, ...]:
-        """Enthalpy that this effect carries across the border of the domain."""
+        """Enthalpy flows of this effect across the border of the domain."""
         return ()
 
     def columns(self, scene) -> tuple[Column, ...]:
@@ -259,25 +277,25 @@ class Effect:
         return ()
 
     def check(self, scene, arrays):
-        """Raise ``ValueError`` where the scene's arrays cannot serve this effect."""
+        """Raise ``ValueError`` if this effect cannot work with the scene's arrays."""
 
     def prepare(self, scene, arrays):
-        """Set constants that depend on the arrays, once they have all their properties."""
+        """Set constants that depend on the arrays, which now have all their properties."""
 
     def warnings(self, scene, dt) -> Iterator[str]:
-        """Sentences about parameters that are known to give poor results at time step ``dt`` [s]."""
+        """Yields a sentence for each parameter that is known to give poor results with the time step ``dt`` [s]."""
         return iter(())
 
     def terms(self, scene, fluid) -> Iterator[Term]:
-        """Equations with ``fluid`` as their destination."""
+        """Yields the equations with the array ``fluid`` as their destination."""
         return iter(())
 
     def hooks(self, scene) -> dict[str, Callable]:
-        """What runs on the host after a group: place -> function of the fluid arrays."""
+        """Functions that run on the host after a group: place -> function of the fluid arrays."""
         return {}
 
     def conditions(self, scene) -> dict[str, Callable]:
-        """When this effect needs a stage: name -> function of the fluid arrays. Others may need it all the same."""
+        """Conditions for stages: name -> function of the fluid arrays, true if this effect needs the stage."""
         return {}
 
     def site_properties(self, scene) -> tuple[Property, ...]:
@@ -285,15 +303,15 @@ class Effect:
         return ()
 
     def rate_of_velocity(self, scene) -> float:
-        """Rate [1/s] at which this effect evens out velocities, explicitly: a step is split where it is too long."""
+        """Rate [1/s] at which this effect reduces velocity differences; steps too long for it are split."""
         return 0.0
 
     def stored(self, sites) -> float:
-        """Enthalpy that this effect keeps with the arrays of ``sites`` [J]; it belongs to the domain."""
+        """Enthalpy [J] that this effect stores in the arrays of ``sites``; it belongs to the domain."""
         return 0.0
 
     def tools(self, scheme) -> Iterator:
-        """PySPH tools that act between steps, before the ledger looks."""
+        """PySPH tools that act between steps, before the ledger."""
         return iter(())
 
 
@@ -302,13 +320,13 @@ def _place(cls):
 
 
 def constant(arrays, name):
-    """Sum of a constant over all arrays, and over its entries; constants are the same on all ranks."""
+    """Sum of a constant over all arrays and all of its entries; constants are equal on all ranks."""
     return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
 
 
 @computed_once
 def sum_over(arrays, name, carried=True):
-    """Sum of a property over the real particles of all arrays and ranks, with what removed particles took along."""
+    """Sum of a property over the real particles of all arrays and ranks, with the values of removed particles."""
     value = 0.0
     for pa in arrays:
         value += ranks.total(float(np.sum(host(pa, name), dtype=float)))
@@ -319,7 +337,7 @@ def sum_over(arrays, name, carried=True):
 
 @computed_once
 def joined(arrays, name):
-    """A property of this rank's real particles of all arrays, in one array, which is not to be written to."""
+    """A property of this rank's real particles of all arrays in one array, which must not be modified."""
     parts = [host(pa, name) for pa in arrays]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -336,5 +354,5 @@ def any_vapour(arrays):
 
 
 def cumulative(name, unit, meaning, prop):
-    """Column that sums a cumulative per-particle property."""
+    """A column with the sum of a cumulative property of the particles."""
     return Column(name, unit, meaning, lambda arrays, scene: sum_over(arrays, prop))

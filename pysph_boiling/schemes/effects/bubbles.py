@@ -1,4 +1,4 @@
-"""Bubbles: labels, and the forces that make them rise, hold together, stick to a site and drag the liquid along."""
+"""Bubbles: labels, buoyancy, cohesion, adhesion to sites, and drag on the liquid."""
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
@@ -23,10 +23,10 @@ class BubbleLabels(Effect):
     title: ClassVar[str] = "bubble labels"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "there can be vapour")
-    link_radius: float = param(1.4, "-", "vapour particles nearer than this, in spacings, belong together",
+    link_radius: float = param(1.4, "-", "vapour particles closer than this, in spacings, belong together",
                                above=0.0, high=2.0)
 
-    MAX_ROUNDS: ClassVar[int] = 200  # a shuffled chain of n settles in about log2(n); 200 is never reached
+    MAX_ROUNDS: ClassVar[int] = 200  # a shuffled chain of n particles needs about log2(n); 200 is never reached
 
     def properties(self, scene):
         return (
@@ -42,7 +42,7 @@ class BubbleLabels(Effect):
 
     def check(self, scene, arrays):
         if len(scene.fluids) > 1:
-            raise ValueError(f"bubbles: labels need all liquid and vapour in one fluid array, got {scene.fluids}")
+            raise ValueError(f"bubbles: all liquid and vapour must be in one fluid array, got {scene.fluids}")
 
     def columns(self, scene):
         from pysph_boiling.schemes.bubbles import equivalent_radius, vapour_of
@@ -60,7 +60,7 @@ class BubbleLabels(Effect):
         return (
             Column("n_bubbles", "-", "bubbles", number),
             Column("bubble_radius_mean", "m", "mean over the bubbles of the radius of a disc or sphere of their "
-                   "rest volume, swollen where vapour swells; 0 without bubbles", radius),
+                   "rest volume, including expansion; 0 without bubbles", radius),
             Column("n_single_bubbles", "-", "bubbles of one particle", single),
         )
 
@@ -87,7 +87,7 @@ class BubbleLabels(Effect):
 
 
 def own_roots(arrays):
-    """Ghosts of other ranks are roots of their own: a label may end at one, and never leads on from there."""
+    """Make ghosts of other ranks their own roots, so that a chain of parents can end at a ghost but not pass it."""
     if ranks.size() > 1:
         for pa in arrays:
             n, total = pa.get_number_of_particles(True), pa.get_number_of_particles()
@@ -97,21 +97,21 @@ def own_roots(arrays):
 
 @dataclass(frozen=True, kw_only=True)
 class Buoyancy(Effect):
-    """Upward force on bubbles, their total force added to gravity."""
+    """Upward force on bubbles, added to gravity."""
 
     slot: ClassVar[str] = "buoyancy"
     title: ClassVar[str] = "buoyancy"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles rise", "no gravity")
     form: str = param("archimedes", "-", "form of the force", choices=("archimedes", "paper", "ihmsen"))
-    k_bubble: float = param(None, "-", "paper, eq. 19, in units of m_p/rho_l; 0 is neutral; 1.5, form 'paper' 0.015 if "
-                            "not given", low=0.0, may_change=True)
-    a_max: float = param(3.0, "-", "form 'paper': largest acceleration, in units of gravity", above=0.0)
+    k_bubble: float = param(None, "-", "constant of the paper's eq. 19 in units of m_p/rho_l; 0 is neutral buoyancy; "
+                            "1.5 if not given, 0.015 for the form 'paper'", low=0.0, may_change=True)
+    a_max: float = param(3.0, "-", "form 'paper': largest acceleration in units of gravity", above=0.0)
     k_min: float = param(1.2, "-", "form 'ihmsen': smallest factor", low=0.0)
     k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
 
-    # form 'paper' grows with N: at .015 a bubble of 100 particles has the push of the other forms, and the cap is
-    # reached at 200. At 1.5 it would be reached by two particles: the same push for all.
+    # The form 'paper' grows with N: at .015 a bubble of 100 particles has the acceleration of the other forms, and the
+    # cap is reached at 200 particles. At 1.5 already two particles would reach it.
     K_BUBBLE: ClassVar[MappingProxyType] = MappingProxyType({"archimedes": 1.5, "paper": 0.015})
 
     def properties(self, scene):
@@ -121,7 +121,7 @@ class Buoyancy(Effect):
 
     def warnings(self, scene, dt):
         if scene.g == 0.0:
-            yield "buoyancy: without gravity it does nothing"
+            yield "buoyancy has no effect without gravity"
 
     def terms(self, scene, fluid):
         gravity = dict(zip(("gx", "gy", "gz"), scene.gravity))
@@ -138,7 +138,7 @@ class Buoyancy(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Cohesion(Effect):
-    """Cohesion between vapour particles, which keeps a bubble round and in one piece."""
+    """Cohesion between vapour particles, which keeps bubbles round and in one piece."""
 
     slot: ClassVar[str] = "cohesion"
     title: ClassVar[str] = "cohesion of vapour"
@@ -147,8 +147,9 @@ class Cohesion(Effect):
     strength: float = param(None, "-", "in units of gravity; 5 in 2-D and 2 in 3-D if not given", low=0.0)
     radius: float = param(2.4, "-", "range, in spacings", above=0.0)
 
-    # strength g dt^2/spacing: what a step's pull and the density constraint's answer leave over does work. Above this a
-    # bubble at rest stirs the pool ever more, in 30 t* at .04 (2-D) and .015 (3-D).
+    # Bounds of strength g dt^2/spacing: the attraction and the response of the density constraint do not balance
+    # exactly in a step, and the difference does work. Above the bounds a bubble at rest stirs the pool more and
+    # more (within 30 t* at .04 in 2-D and .015 in 3-D).
     MAX_COHESION_NUMBER = MappingProxyType({2: 0.025, 3: 0.01})
 
     def strength_in(self, scene):
@@ -173,7 +174,7 @@ class Cohesion(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class SiteAdhesion(Effect):
-    """Adhesion of vapour to its site, which sets the size at which a bubble departs."""
+    """Adhesion of vapour to its site, which determines the size at which a bubble departs."""
 
     slot: ClassVar[str] = "adhesion"
     title: ClassVar[str] = "adhesion to sites"
@@ -193,13 +194,14 @@ class SiteAdhesion(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Drag(Effect):
-    """Drag between vapour and liquid, beyond the viscosity that all pairs share."""
+    """Drag between vapour and liquid, in addition to the viscosity between all pairs."""
 
     slot: ClassVar[str] = "drag"
     title: ClassVar[str] = "drag between phases"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles drag the liquid along")
-    rate: float = param(None, "1/s", "rate of exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
+    rate: float = param(None, "1/s", "rate of the momentum exchange; 0.35 sqrt(|g|/spacing) if not given", low=0.0,
+                        may_change=True)
 
     RATE: ClassVar[float] = 0.35  # of 1/t*; tuned
 

@@ -1,4 +1,4 @@
-"""Condensation: a bubble that has lost the latent heat of some of its vapour returns that vapour to the liquid."""
+"""Condensation: a bubble that has lost the latent heat of some particles returns these particles to the liquid."""
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,17 +11,17 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Condensation", "choose", "random_key"]
 
-SHARES, CONDENSES = 1, 2  # values of the property ``condensing``; 0 is left as it is
-STREAM = 20  # of the random numbers, after eq. 20; each use of them has its own
+SHARES, CONDENSES = 1, 2  # values of the property ``condensing``; particles with 0 do not change
+STREAM = 20  # stream of the random numbers, named after eq. 20; each use of random numbers has its own
 
 
 @dataclass(frozen=True, kw_only=True)
 class Condensation(Effect):
-    """Vapour below saturation condenses, as much of each bubble as the heat that the bubble has lost pays for.
+    """Vapour below saturation condenses: as many particles of a bubble as the heat that the bubble has lost.
 
-    Form "latent": vapour that loses heat stays at T_sat, and what it lacks is latent heat, pooled over its bubble. Form
-    "paper": it cools, so that a bubble condenses nothing until its subcooling adds up to L/c_v (1087 K in water); few
-    particles never get there: 11 of them last for ever in ice water.
+    In the form "latent", vapour that loses heat stays at T_sat, and its deficit is latent heat that is pooled over its
+    bubble. In the form "paper" vapour cools, and a bubble condenses nothing until the subcooling of its particles adds
+    up to L/c_v (1087 K in water). Small bubbles never reach this: 11 particles last forever in ice water.
     """
 
     slot: ClassVar[str] = "condensation"
@@ -30,19 +30,19 @@ class Condensation(Effect):
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.coldest < facts.T_sat,
         "something is below saturation", "nothing is below saturation")
-    form: str = param("latent", "-", "heat that vapour lacks is latent and pooled per bubble, or cools it (paper)",
-                      choices=("latent", "paper"))
+    form: str = param("latent", "-", "latent: the deficit of vapour is latent heat, pooled per bubble; paper: it cools "
+                      "the vapour", choices=("latent", "paper"))
     seed: int = param(0, "-", "seed of the choice of particles", low=0)
 
     @property
     def subcooling(self):
-        """Share of what vapour lacks that its temperature shows [-]."""
+        """Fraction of the deficit of vapour that lowers its temperature [-]."""
         return 1.0 if self.form == "paper" else 0.0
 
     def properties(self, scene):
         return (
-            Property("condensing", "-", "1 takes its share of the bubble's deficit, 2 condenses; 0 once done", "int"),
-            Property("deficit", "J/kg", "enthalpy that is left to pay once its bubble has condensed"),
+            Property("condensing", "-", "1: shares the bubble's deficit, 2: condenses; 0 when done", "int"),
+            Property("deficit", "J/kg", "deficit of enthalpy that is left after its bubble has condensed"),
             Property("condensed", "-", "times the particle condensed", "int", True, True),
         )
 
@@ -59,15 +59,15 @@ class Condensation(Effect):
 
         def decide(arrays):
             if any(pa.relabel[0] > 0.0 for pa in arrays):
-                return  # the second pass labels what is left, and no more
+                return  # the second pass only labels the remaining bubbles
             vapour, L = Vapour(arrays), scene.material.L
             m, e = vapour.get("m"), vapour.get("e")
             lightest = -vapour.max(-m, least=-np.inf)
-            enough = vapour.sum(m * np.maximum(L - e, 0.0)) >= 0.999 * L * lightest  # below: sums differ by round-off
+            enough = vapour.sum(m * np.maximum(L - e, 0.0)) >= 0.999 * L * lightest  # sums differ by round-off
             who = np.flatnonzero(enough[vapour.index])
             if not enough.any():
                 return
-            uid, own = ranks.gather(vapour.get("uid")[who])  # a bubble chooses as a whole, wherever its particles are
+            uid, own = ranks.gather(vapour.get("uid")[who])  # the choice is made for a whole bubble, on all ranks
             key = random_key(uid, self.seed, STREAM, int(arrays[0].steps[0]))
             chosen = choose(*(ranks.gather(values[who])[0] for values in (vapour.index, m, e)), key, L)
             if chosen[0].any():
@@ -88,11 +88,11 @@ class Condensation(Effect):
 
 
 def choose(bubble, m, e, key, L):
-    """Which vapour condenses, and what the others of its bubble then lack.
+    """Choose the vapour that condenses, and the deficits of the other vapour of its bubble.
 
-    The members of a bubble with e < L lack Q = sum m (L - e) (eq. 20). Of these, in the order of their keys, as many
-    condense as sum m L <= Q (eq. 21, for any masses); the others share what is left of Q evenly by mass (eq. 22). If
-    all condense, the new liquid does. The sum m e of a bubble never changes.
+    The deficit of a bubble is Q = sum m (L - e) over its members with e < L (eq. 20). In the order of their keys, as
+    many of these condense as sum m L <= Q allows (eq. 21, for any masses). The others share the rest of Q evenly by
+    mass (eq. 22); if all condense, the new liquid shares it. The sum m e of a bubble never changes.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def choose(bubble, m, e, key, L):
     """
     fate, deficit = np.zeros(len(e), int), np.zeros(len(e))
     members = np.flatnonzero(e < L)
-    members = members[np.lexsort((key[members], bubble[members]))]  # so sums do not depend on the arrays' order
+    members = members[np.lexsort((key[members], bubble[members]))]  # so sums do not depend on the order
     m, e, bubble = m[members], e[members], bubble[members]
     lacks = np.bincount(bubble, weights=m * (L - e))
     for number in np.flatnonzero(lacks >= L * np.min(m, initial=np.inf)):
@@ -121,9 +121,9 @@ def choose(bubble, m, e, key, L):
 
 
 def random_key(uid, *counters):
-    """Random uint32 of each uid for some counters (seed, stream, step); never the same for two uids."""
+    """Random uint32 for each uid from counters (seed, stream, step); two uids never get the same number."""
     h = np.asarray(uid, np.uint32)
-    for counter in (0, *counters):  # first the uids alone: a seed would only shift them
+    for counter in (0, *counters):  # the uids alone come first, since a seed would only shift them
         h = h + np.uint32(counter % 2**32)
         h = (h ^ (h >> 16)) * np.uint32(569420461)
         h = (h ^ (h >> 15)) * np.uint32(1935289751)

@@ -17,8 +17,8 @@ __all__ = ["Convection"]
 class Convection(Effect):
     """Buoyancy of warm liquid (Boussinesq), or the paper's force along the temperature gradient.
 
-    Limits: the gradient of a field is balanced by a pressure, so that the second form sets up rolls only where it is
-    cut at |g| (measured: none at a gain of .01, rolls of 5 mm/s at .3 over a base at +70 K).
+    Limits: a gradient of a field is balanced by a pressure, so the second form only causes convection rolls where it is
+    limited to |g| (measured over a base at +70 K: no rolls at a gain of .01, rolls of 5 mm/s at .3).
     """
 
     slot: ClassVar[str] = "convection"
@@ -32,12 +32,12 @@ class Convection(Effect):
                         low=0.0)
     T_ref: float = param(None, "K", "form 'boussinesq': neutral temperature; the mean of the liquid if not given",
                          above=0.0, temperature=True)
-    gain: float = param(0.3, "-", "form 'gradient': acceleration over |g| for 1 K across a spacing, cut at 1; tuned",
-                        low=0.0)
+    gain: float = param(0.3, "-", "form 'gradient': acceleration over |g| for 1 K across a spacing, limited to 1; "
+                        "tuned", low=0.0)
 
     def warnings(self, scene, dt):
         if scene.g == 0.0:
-            yield "convection: without gravity it does nothing"
+            yield "convection has no effect without gravity"
 
     def properties(self, scene):
         if self.form == "boussinesq":

@@ -1,4 +1,4 @@
-"""Dynamic nucleation: superheated regions that hold enough heat burst into vapour where no site is near."""
+"""Dynamic nucleation: superheated regions that hold enough heat burst into vapour without a site."""
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -20,14 +20,16 @@ Q_CRIT = 10.0  # the paper, Table 3
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicNucleation(Effect):
-    """A region of superheated liquid that holds enough heat turns as many particles into vapour as its heat pays for.
+    """A region of superheated liquid that holds enough heat turns as many particles into vapour as its heat can.
 
-    The threshold is a heat (``q_crit``, 10 as in the paper if nothing is given) or a mean superheat; in either case the
-    heat must pay for one particle. A heat in units of m_p L means another superheat for another number of particles in
-    a region: 162 K for the 33 within 2 spacings in 3-D, and 412 K, past the critical point, for the 13 in 2-D.
+    The threshold is a heat (``q_crit``, the paper's value 10 if nothing is given) or a mean superheat. In both cases
+    the heat must be enough for one particle. A threshold in units of m_p L means a superheat that depends on the number
+    of particles in a region: 162 K for the 33 particles within 2 spacings in 3-D, and 412 K, which is beyond the
+    critical point, for the 13 particles in 2-D.
 
-    Heat of a region is c (T - T_sat): latent heat that interrupted particles hold does not count. It pays for the
-    vaporisation of the particle that holds it, so a region may make more vapour than its sensible heat alone pays for.
+    The heat of a region is the sum of c (T - T_sat). Latent heat held by interrupted particles does not count; it only
+    reduces the heat needed to vaporise the particle that holds it, so a region may make more vapour than its sensible
+    heat alone allows.
     """
 
     slot: ClassVar[str] = "dynamic_nucleation"
@@ -35,8 +37,8 @@ class DynamicNucleation(Effect):
     requires: ClassVar[tuple[str, ...]] = ("phases",)
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.hottest > facts.T_sat + facts.fires_above,
-        "liquid may superheat to the {f.fires_above:.0f} K at which a region fires",
-        "no superheat of {f.fires_above:.0f} K, at which a region fires")
+        "liquid may reach the {f.fires_above:.0f} K at which a region fires",
+        "nothing can reach the {f.fires_above:.0f} K at which a region fires")
     q_crit: float = param(None, "-", "heat above which a region fires, in units of m_p L; 10 if neither this nor "
                           "superheat_limit is given", low=0.0)
     superheat_limit: float = param(None, "K", "mean superheat above which a region fires; give this or q_crit", low=0.0)
@@ -46,10 +48,10 @@ class DynamicNucleation(Effect):
     def __post_init__(self):
         super().__post_init__()
         if self.q_crit is not None and self.superheat_limit is not None:
-            raise ValueError("dynamic_nucleation: give at most one of q_crit [m_p L] and superheat_limit [K]")
+            raise ValueError("dynamic_nucleation: give either q_crit [m_p L] or superheat_limit [K], not both")
 
     def replaced(self, **changes):
-        if len(changes.keys() & {"q_crit", "superheat_limit"}) == 1:  # the one that is given takes the other's place
+        if len(changes.keys() & {"q_crit", "superheat_limit"}) == 1:  # the given one replaces the other
             changes = {"q_crit": None, "superheat_limit": None, **changes}
         return super().replaced(**changes)
 
@@ -58,53 +60,54 @@ class DynamicNucleation(Effect):
         return min(self.radius * scene.spacing * (1.0 + ROUND_OFF_MARGIN), scene.support * (1.0 - ROUND_OFF_MARGIN))
 
     def members(self, scene):
-        """Particles of the rest lattice in a region."""
+        """Number of particles in a region of the rest lattice."""
         cells = int(self.radius) + 1
         grid = np.indices((2 * cells + 1,) * scene.dim) - cells
         return int(np.count_nonzero(np.sum(grid**2, axis=0) * scene.spacing**2 < self.reach(scene) ** 2))
 
     def threshold(self, scene):
-        """Heat [m_p L] and mean sensible heat [J/kg] that a region must exceed; one of the two is 0."""
+        """The heat [m_p L] and the mean sensible heat [J/kg] that a region must exceed; one of them is 0."""
         if self.superheat_limit is not None:
             return 0.0, scene.material.c_l * self.superheat_limit
         return Q_CRIT if self.q_crit is None else self.q_crit, 0.0
 
     def onset(self, scene):
-        """Mean superheat [K] of a full region by the threshold, and that which pays for one particle."""
+        """Mean superheat [K] of a full region at the threshold, and that which is enough for one particle."""
         q_crit, e_crit = self.threshold(scene)
         one = scene.material.L / (self.members(scene) * scene.material.c_l)
         return q_crit * one + e_crit / scene.material.c_l, one
 
     def check(self, scene, arrays):
         if len(scene.fluids) > 1:
-            raise ValueError(f"dynamic_nucleation: regions need all liquid in one fluid array, got {scene.fluids}")
+            raise ValueError(f"dynamic_nucleation: all liquid must be in one fluid array, got {scene.fluids}")
         if self.radius * scene.spacing > scene.support * (1.0 + ROUND_OFF_MARGIN):
             raise ValueError(f"dynamic_nucleation.radius must be <= {scene.support / scene.spacing:.3g} spacings (the "
                              f"support of the kernel), got {self.radius}")
         onset, limit = max(self.onset(scene)), scene.material.T_crit - scene.material.T_sat
         if onset >= limit:
             raise ValueError(f"dynamic_nucleation: a full region of {self.members(scene)} particles would fire at a "
-                             f"mean superheat of {onset:.4g} K, but {scene.material.name} is critical at {limit:.4g} "
-                             "K: give a superheat_limit [K] below that, or a larger radius")
+                             f"mean superheat of {onset:.4g} K, but {scene.material.name} becomes critical at "
+                             f"{limit:.4g} K: give a superheat_limit [K] below that, or a larger radius")
 
     def warnings(self, scene, dt):
         asked, one = self.onset(scene)
         if asked < one:
-            yield (f"dynamic_nucleation: the threshold asks for {asked:.3g} K of superheat, but the "
-                   f"{self.members(scene)} particles of a full region pay for a particle of vapour from {one:.3g} K on")
+            yield (f"dynamic_nucleation: the threshold is a superheat of {asked:.3g} K, but the heat of a full "
+                   f"region of {self.members(scene)} particles is only enough for one particle of vapour from "
+                   f"{one:.3g} K on")
 
     def properties(self, scene):
         return (
             Property("held", "J/kg", "latent heat that a superheated particle holds since its interruption"),
-            Property("region_heat", "2^-24 m_p L", "heat of the region round a particle; 0 if it does not suffice"),
+            Property("region_heat", "2^-24 m_p L", "heat of the region around a particle; 0 if it is not enough"),
             Property("fire_key", "-", "random number that decides between regions of equal heat"),
-            Property("pick_key", "-", "random number in whose order members become vapour"),
-            Property("claim", "-", "fire_key of the strongest region in reach; -1 where there is none"),
+            Property("pick_key", "-", "random number that gives the order in which members become vapour"),
+            Property("claim", "-", "fire_key of the strongest region in reach; -1 if there is none"),
             Property("fires", "-", "1 where the region fires", "int"),
-            Property("cut", "-", "largest pick_key that the region chooses; -1 where it does not fire"),
-            Property("e_chosen", "J/kg", "enthalpy that the region gives to the chosen"),
-            Property("e_others", "J/kg", "sensible heat that the region leaves to the others"),
-            Property("member", "-", "regions that fired and hold the particle, 0 or 1", "int"),
+            Property("cut", "-", "largest pick_key that the region chooses; -1 if it does not fire"),
+            Property("e_chosen", "J/kg", "enthalpy of the chosen particles of the region"),
+            Property("e_others", "J/kg", "sensible heat of the other particles of the region"),
+            Property("member", "-", "number of firing regions with this particle, 0 or 1", "int"),
             Property("fired", "-", "times the region of the particle fired", "int", True, True),
             Property("burst", "-", "times the particle became vapour by dynamic nucleation", "int", True, True),
         )
@@ -121,7 +124,7 @@ class DynamicNucleation(Effect):
     def conditions(self, scene):
         q_crit, e_crit = self.threshold(scene)
         hold = scene.effects["phases"].interrupt == "hold"
-        least = 0.999 * max(q_crit, 1.0) * scene.particle_mass * scene.material.L  # below: sums differ by round-off
+        least = 0.999 * max(q_crit, 1.0) * scene.particle_mass * scene.material.L  # sums differ by round-off
 
         def enough(arrays):
             heat, hottest = 0.0, 0.0
@@ -129,7 +132,7 @@ class DynamicNucleation(Effect):
                 excess, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED.value
                 if hold:
                     excess = excess - values(pa, "e_lat")
-                    excess = 0.5 * (excess + abs(excess))  # max(excess, 0), which a device has not
+                    excess = 0.5 * (excess + abs(excess))  # max(excess, 0), which devices do not have
                 heat += summed(values(pa, "m") * excess, hot)
                 hottest = max(hottest, largest(excess, hot))
             return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit

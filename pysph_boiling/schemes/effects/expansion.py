@@ -18,10 +18,11 @@ __all__ = ["Expansion"]
 
 @dataclass(frozen=True, kw_only=True)
 class Expansion(Effect):
-    """Vapour counts several rest volumes in the density constraint; radii of bubbles scale with it.
+    """A vapour particle fills several rest volumes in the density constraint; radii that act on vapour scale with it.
 
-    Radii scale with v_exp^(1/dim) up to the kernel's support, 2.4 spacings by default: that of cohesion is there from
-    the start, links and the kinetic condition reach it at a v_exp of 2.9 and 2.6 in 2-D, of 5.0 and 4.1 in 3-D.
+    These radii scale with v_exp^(1/dim) up to the kernel support, 2.4 spacings by default. The radius of cohesion has
+    this value from the start; the linking radius and that of the kinetic condition reach it at a v_exp of 2.9 and 2.6
+    in 2-D, and of 5.0 and 4.1 in 3-D.
 
     Limits: a particle that is swollen so far that it reads more than rest density from itself alone is compressed by
     what no motion removes; the density constraint refuses that (from 3.17 in 2-D and 5.4 in 3-D, at the default kernel
@@ -33,23 +34,23 @@ class Expansion(Effect):
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "what bursts must swell",
                                       after=("dynamic_nucleation",))
-    v_exp: float = param(2.0, "-", "rest volume of vapour in units of the liquid's (water at 1 atm: 1600); in 2-D "
-                         "below 3.166 at the default kernel and smoothing length", low=1.0, high=4.0)
-    ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|); a bubble that "
-                        "swells faster throws the liquid", low=2.0)
+    v_exp: float = param(2.0, "-", "rest volume of vapour relative to liquid (water at 1 atm: 1600); in 2-D below "
+                         "3.166 with the default kernel and smoothing length", low=1.0, high=4.0)
+    ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|); faster swelling "
+                        "throws the liquid", low=2.0)
 
     def properties(self, scene):
-        return (Property("swell", "-", "rest volume in units of the liquid's", state=True),
+        return (Property("swell", "-", "rest volume relative to that as liquid", state=True),
                 Property("swelling", "1/s", "rate at which the swell changed in the last step", state=True))
 
     def prepare(self, scene, arrays):
         for name in scene.fluids:
             swell = arrays[name].swell
-            swell[swell == 0.0] = 1.0  # a new property is zero; a resumed run keeps its own
+            swell[swell == 0.0] = 1.0  # a new property is zero; a resumed run has its own values
 
     def check(self, scene, arrays):
         if scene.g == 0.0:
-            raise ValueError("expansion.ramp is in units of sqrt(spacing/|g|), which a scene without gravity has not")
+            raise ValueError("expansion.ramp is in units of sqrt(spacing/|g|), so the scene needs gravity")
 
     def rayleigh_plesset(self, scene):
         """The oscillation that drives the volume of each bubble, if there is one."""
@@ -88,10 +89,10 @@ def rest_volume(arrays, scene):
 class FullContainer(Tool):
     """Holds vapour to what its container has room for, and warns once: no motion makes room where there is none.
 
-    Boils in a closed box are calm up to 1.03 of its volume, and come apart from 1.04 to 1.13 on.
+    Otherwise boiling in a closed box becomes unstable when the rest volume exceeds 1.04 to 1.13 times that of the box.
     """
 
-    EVERY = 5  # steps between two looks, in which vapour swells by 4 % of v_exp - 1
+    EVERY = 5  # steps between two checks, in which vapour swells by 4 % of v_exp - 1
 
     def __init__(self, scheme):
         self.scheme, self.warned = scheme, False
@@ -113,6 +114,6 @@ class FullContainer(Tool):
         if gained > 0.0 and not self.warned:
             self.warned = True
             warnings.warn(
-                f"at t = {solver.t + solver.dt:.4g} s vapour has filled its container of {room:.4g} m^{scene.dim}: it "
-                "swells no further than there is room; fill it less, let it vent, or lower expansion.v_exp",
+                f"at t = {solver.t + solver.dt:.4g} s vapour has filled its container of {room:.4g} m^{scene.dim}, so "
+                "its expansion was limited; to avoid this, use less liquid, venting, or a lower expansion.v_exp",
                 stacklevel=2)

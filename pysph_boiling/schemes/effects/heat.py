@@ -1,4 +1,4 @@
-"""Heat: conduction, and what brings heat in or takes it out."""
+"""Heat: conduction, heaters, volumetric sources, and loss to the ambient."""
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -18,12 +18,12 @@ BOILING_POINT_OF_AIR = 79.0  # K; below it the ambient is no gas, and the figure
 
 
 def heat_step_limit(rho0, c, k, h):
-    """Explicit limit of the heat step [s], 0.1 rho c h^2 / k (Cleary & Monaghan 1999)."""
+    """Largest stable heat step [s] of the explicit scheme, 0.1 rho c h^2 / k (Cleary & Monaghan 1999)."""
     return 0.1 * rho0 * c * h * h / k
 
 
 def reason_for_heat(facts, chosen):
-    """Why a scene needs heat, or an empty string."""
+    """The reason why a scene needs heat, or an empty string."""
     if facts.heated or {"loss", "source"} & set(facts.candidates):
         return "something heats or cools"
     if not facts.uniform:
@@ -33,22 +33,24 @@ def reason_for_heat(facts, chosen):
 
 @dataclass(frozen=True, kw_only=True)
 class HeatConduction(Effect):
-    """Conduction between particles; the state is the specific enthalpy."""
+    """Conduction between particles; the thermal state is the specific enthalpy."""
 
     slot: ClassVar[str] = "heat"
     title: ClassVar[str] = "heat conduction"
     auto_rule: ClassVar[Rule] = Rule(reason_for_heat, "{}", "no heater, and uniform, not above saturation")
     laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
-    time_scaling: float = param(1.0, "-", "A: heat runs this many times faster against motion", above=0.0)
-    enhancement: float = param(1.0, "-", "E: conductivity alone, for the convection that is not resolved", above=0.0)
-    max_enthalpy_change: float = param(0.1, "-", "largest change of e in one heat step, in units of L", above=0.0)
+    time_scaling: float = param(1.0, "-", "A: factor by which heat is faster relative to motion", above=0.0)
+    enhancement: float = param(1.0, "-", "E: factor on the conductivity, for convection that is not resolved",
+                               above=0.0)
+    max_enthalpy_change: float = param(0.1, "-", "largest change of the enthalpy in one heat step, in units of L",
+                                       above=0.0)
 
     def conductivity(self, k):
         """Effective conductivity [W/(m K)]."""
         return k * self.time_scaling * self.enhancement
 
     def k_liquid_min(self, material):
-        """Effective conductivity that tells liquid from vapour [W/(m K)]: the geometric mean of the two."""
+        """Effective conductivity between those of liquid and vapour [W/(m K)], their geometric mean."""
         return math.sqrt(self.conductivity(material.k_l) * self.conductivity(material.k_v))
 
     def properties(self, scene):
@@ -59,7 +61,7 @@ class HeatConduction(Effect):
             Property("ae", "J/(kg s)", "rate of enthalpy", state=True),
         ]
         if self.laplacian == "paper":
-            rows.append(Property("q_leak", "J", "energy made by the literal Laplacian since the start", state=True,
+            rows.append(Property("q_leak", "J", "energy created by the paper's Laplacian since the start", state=True,
                                  cumulative=True))
         return tuple(rows)
 
@@ -83,7 +85,7 @@ class HeatConduction(Effect):
                 Column("T_max", "K", "highest temperature", highest))
 
     def step_limit(self, scene):
-        """Explicit limit of the heat step [s] over the phases present."""
+        """Largest stable heat step [s] for all phases."""
         material = scene.material
         pairs = [(material.c_l, material.k_l)]
         if "phases" in scene.effects:
@@ -106,14 +108,14 @@ class HeatConduction(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Heater(Effect):
-    """Heated wall particles: at a fixed temperature, or of a given heat flux that is delivered exactly.
+    """Heated wall particles with a fixed temperature, or with a given heat flux that is delivered exactly.
 
-    Heaters may have temperatures of their own: the property ``T_heater`` [K] of the wall particles
-    (``wall_array(heated=..., T_heater=...)``). ``temperature`` is that of all others. ``energy_heater`` and ``until``
-    are of all heaters together.
+    The property ``T_heater`` [K] of the wall particles sets the temperature of individual heaters
+    (``wall_array(heated=..., T_heater=...)``); all others have ``temperature``. ``energy_heater`` and ``until`` apply
+    to all heaters together.
 
-    Limits: with a flux, each heated particle counts spacing^(dim-1) of area, so mark one layer of the wall only; and
-    there must be one fluid array, or each would get the whole power.
+    Limits: with a flux, each heated particle has an area of spacing^(dim-1), so only one layer of the wall may be
+    heated. There must be only one fluid array, because each array would get the whole power.
     """
 
     slot: ClassVar[str] = "heater"
@@ -121,11 +123,11 @@ class Heater(Effect):
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.heated, "walls are heated", "no wall is heated")
     parameter_constants: ClassVar[tuple[str, ...]] = ("heater_T", "heater_power")
-    temperature: float = param(None, "K", "temperature of the heater, but for wall particles with one of their own; "
+    temperature: float = param(None, "K", "temperature of heaters without a temperature of their own (T_heater); "
                                "give this or flux", above=0.0, may_change=True, temperature=True)
     flux: float = param(None, "W/m^2", "heat flux of the heater before the factor A; give this or temperature", low=0.0,
                         may_change=True)
-    until: float = param(None, "s", "when it is switched off: it exchanges no heat from then on; never if not given",
+    until: float = param(None, "s", "time at which it is switched off and stops exchanging heat; never if not given",
                          low=0.0, may_change=True)
 
     def __post_init__(self):
@@ -134,12 +136,12 @@ class Heater(Effect):
             raise ValueError("heater: give exactly one of temperature [K] and flux [W/m^2]")
 
     def replaced(self, **changes):
-        if len(changes.keys() & {"temperature", "flux"}) == 1:  # the one that is given takes the other's place
+        if len(changes.keys() & {"temperature", "flux"}) == 1:  # the given one replaces the other
             changes = {"temperature": None, "flux": None, **changes}
         return super().replaced(**changes)
 
     def temperatures(self, scene, arrays):
-        """Temperatures of the heaters [K] and how many wall particles have each, sorted; nothing for a flux."""
+        """Sorted temperatures of the heaters [K] with the number of wall particles of each; empty for a flux."""
         T = np.concatenate([arrays[name].T_heater[arrays[name].heated == 1] for name in scene.solids])
         return [] if self.flux is not None else list(zip(*np.unique(np.where(T == 0.0, self.temperature, T),
                                                                     return_counts=True)))
@@ -149,20 +151,22 @@ class Heater(Effect):
             if "heated" in arrays[name].properties:
                 check_heaters(name, arrays[name].heated, arrays[name].T_heater, scene.material.T_crit)
                 if self.flux is not None and np.any(arrays[name].T_heater):
-                    raise ValueError(f"heater: with a flux no wall particle has a T_heater, but some of '{name}' have")
+                    raise ValueError(f"heater: with a flux wall particles must not have a T_heater, but some of "
+                                     f"'{name}' have one")
         if not any(np.any(arrays[name].heated == 1) for name in scene.solids if "heated" in arrays[name].properties):
             raise ValueError("heater: no wall particle is heated (property 'heated' of the solids is 0 everywhere)")
         if self.temperature is not None and self.temperature >= scene.material.T_crit:
             raise ValueError(f"heater.temperature must be below the critical point of {scene.material.name}, "
                              f"{scene.material.T_crit} K, got {self.temperature} K")
         if self.flux is not None and len(scene.fluids) > 1:
-            raise ValueError(f"heater: a flux heats one fluid array, got {scene.fluids}: each would get all of it")
+            raise ValueError(f"heater: with a flux there must be one fluid array, got {scene.fluids}, each of which "
+                             "would get the whole flux")
 
     def properties(self, scene):
         rows = [Property("q_heater", "J", "heat received from the heater since the start", state=True, cumulative=True)]
         if self.flux is not None:
-            rows += [Property("heater_wet", "1/m^dim", "weight of a liquid particle in the heater's power"),
-                     Property("heater_dry", "1/m^dim", "weight of a vapour particle in the heater's power")]
+            rows += [Property("heater_wet", "1/m^dim", "weight of a liquid particle for the heater's power"),
+                     Property("heater_dry", "1/m^dim", "weight of a vapour particle for the heater's power")]
         return tuple(rows)
 
     def constants(self, scene):
@@ -171,7 +175,7 @@ class Heater(Effect):
         return {"heater_on": 1.0, "heater_power": 0.0, "heater_weight": [0.0, 0.0], "energy_undelivered": 0.0}
 
     def prepare(self, scene, arrays):
-        """Set the heater's power [W, or W/m in 2-D] from its area, once the walls are known."""
+        """Set the heater's power [W, or W/m in 2-D] from the area of the heated walls."""
         if self.flux is not None:
             heated = sum(np.count_nonzero(arrays[name].heated) for name in scene.solids)
             area = heated * scene.spacing ** (scene.dim - 1)
@@ -184,7 +188,7 @@ class Heater(Effect):
     def columns(self, scene):
         if self.flux is None:
             return ()
-        return (Column("energy_undelivered", "J", "heater energy with nothing in reach to take it, since the start",
+        return (Column("energy_undelivered", "J", "heater energy that found no particle in reach, since the start",
                        lambda arrays, scene: sum(float(pa.energy_undelivered[0]) for pa in arrays)),)
 
     def terms(self, scene, fluid):
@@ -203,7 +207,7 @@ class Heater(Effect):
 
 
 class HeaterSwitch(Tool):
-    """Switches the heater off for every step that starts at ``until`` or later; decided anew before each step."""
+    """Switches the heater off in every step that starts at ``until`` or later."""
 
     def __init__(self, effect, scheme):
         self.until, self.scheme = effect.until, scheme
@@ -211,7 +215,7 @@ class HeaterSwitch(Tool):
     def pre_step(self, solver):
         from pysph_boiling.schemes.integrator import set_constant
 
-        on = float(solver.t < self.until - 1e-6 * solver.dt)  # the time is a sum of steps, with their round-off
+        on = float(solver.t < self.until - 1e-6 * solver.dt)  # the time has the round-off of a sum of steps
         for pa in self.scheme.arrays:
             if pa.heater_on[0] != on:
                 set_constant(pa, "heater_on", on)
@@ -229,7 +233,7 @@ class HeatSource(Effect):
     def __post_init__(self):
         super().__post_init__()
         if self.density is None:
-            raise ValueError("source: give its power density [W/m^3] (source.density)")
+            raise ValueError("source: the power density source.density [W/m^3] must be given")
 
     def properties(self, scene):
         return (Property("q_source", "J", "heat received from the volumetric source since the start", state=True,
@@ -245,9 +249,9 @@ class HeatSource(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class AmbientLoss(Effect):
-    """Newton cooling at the free surface, exact in time: no coefficient cools liquid below the ambient.
+    """Newton cooling at the free surface, exact in time, so that liquid never cools below the ambient temperature.
 
-    The last of the slots that add to the rate of enthalpy: it acts on the temperature to which the others lead.
+    It is the last of the slots that add to the rate of enthalpy, because it uses the temperature after all others.
     """
 
     slot: ClassVar[str] = "loss"
@@ -258,7 +262,7 @@ class AmbientLoss(Effect):
     T_ambient: float = param(293.15, "K", "ambient temperature, in kelvin; frost is allowed, liquid air is not",
                              low=BOILING_POINT_OF_AIR, may_change=True)
 
-    THRESHOLD: ClassVar[float] = 0.2  # of 1/spacing: half the value in the second layer of a flat surface
+    THRESHOLD: ClassVar[float] = 0.2  # in units of 1/spacing: half the value in the second layer of a flat surface
 
     def properties(self, scene):
         return (
@@ -272,7 +276,7 @@ class AmbientLoss(Effect):
         return (Flow("energy_loss", -1, prop="q_loss"),)
 
     def factor(self, scene):
-        """Calibration that makes the area of a flat lattice surface exact [-]."""
+        """Calibration factor that makes the area of the flat surface of a lattice exact [-]."""
         hdx, reach = scene.h / scene.spacing, int(math.ceil(scene.support / scene.spacing)) + 1
         density = 0.0
         for layer in range(reach):
@@ -280,7 +284,7 @@ class AmbientLoss(Effect):
             for index in np.ndindex(*(2 * reach + 1,) * scene.dim):
                 offset = np.zeros(3)
                 offset[:scene.dim] = np.array(index, float) - reach
-                if offset[scene.dim - 1] < -layer - 0.5:  # above the surface: no fluid
+                if offset[scene.dim - 1] < -layer - 0.5:  # there is no fluid above the surface
                     continue
                 scene.kernel.gradient(xij=offset, rij=float(np.linalg.norm(offset)), h=hdx, grad=grad)
                 gradient += grad[scene.dim - 1]

@@ -1,4 +1,4 @@
-"""Effects of other packages: what is installed under the entry point ``pysph_boiling.effects`` registers itself."""
+"""Effects of other packages, which are installed under the entry point ``pysph_boiling.effects``."""
 import warnings
 from importlib.metadata import entry_points
 
@@ -8,14 +8,14 @@ GROUP = "pysph_boiling.effects"
 
 
 def load_installed(found=None):
-    """Import the modules that installed packages name as their effects, in the order of their names.
+    """Import the modules with effects of installed packages, in the order of their names.
 
-    One that cannot be imported is left out, and a warning says which and why. ``found`` replaces the entry points that
-    are looked up (``importlib.metadata.EntryPoint``).
+    A module that cannot be imported is left out with a warning that gives the reason. ``found`` (a list of
+    ``importlib.metadata.EntryPoint``) replaces the entry points of the installed packages.
     """
     for entry in sorted(entry_points(group=GROUP) if found is None else found, key=lambda entry: entry.name):
         try:
             entry.load()
-        except Exception as error:  # a package of somebody else: whatever it raises must not stop ours
-            warnings.warn(f"the effect '{entry.name}' of {entry.value} cannot be loaded and is left out: "
+        except Exception as error:  # an error in another package must not stop this one
+            warnings.warn(f"the effect '{entry.name}' of {entry.value} cannot be loaded and is not available: "
                           f"{type(error).__name__}: {error}", stacklevel=2)

@@ -1,4 +1,4 @@
-"""The mechanical ledger: what gives the fluid its kinetic energy, and what takes it, part by part of a step."""
+"""The mechanical ledger: the work done on the fluid by each part of a step, so that kinetic energy is balanced."""
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,29 +12,30 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["MechanicalLedger", "WorkMeter"]
 
-FORCES = ("forces.sum", "forces.release")  # places whose terms are told apart, by the effect that they belong to
-MOVES = ("density.contact", "density.move")  # and those that move particles
+FORCES = ("forces.sum", "forces.release")  # places whose terms are measured separately for each effect
+MOVES = ("density.contact", "density.move")  # the same for places whose terms move particles
 AXES = ("u", "v", "w")
 
 
 @dataclass(frozen=True, kw_only=True)
 class MechanicalLedger(Effect):
-    """Books the work of each part of a step [J] since the start, so that kinetic energy closes as heat does.
+    """Records the work [J] of each part of a step since the start, which balances kinetic energy.
 
     .. math::  K - K_0 = W_{gravity} + W_{density} + W_{expansion} + W_{container} + \\sum_{terms} W
                + W_{oscillation} + W_{vented} + residual
 
-    ``work_gravity`` is m g times every displacement, also one that gives no velocity. ``work_expansion`` is the sum of
-    p dV over the particles whose rest volume changes, with the pressure p of the density constraint
-    (:class:`PBFPressure`): what swelling vapour does to the rest, negative where it shrinks. ``work_container`` is what
-    contacts with the container and projections into it do, ``work_density`` what the density constraint and the finite
-    time step do besides. An acceleration a of the effect ``name`` does m (v + v')/2 . a dt from one velocity to the
-    next: ``work_<name>``. ``work_oscillation`` is booked by the push, ``work_vented`` by the venting. The residual is
-    relative to all that moved: 1e-12 and less, or something moves the fluid that nobody books.
+    ``work_gravity`` is m g times all displacements, including those that cause no velocity. ``work_expansion`` is the
+    sum of p dV over the particles whose rest volume changes, with the pressure p of the density constraint
+    (:class:`PBFPressure`): the work of swelling vapour on the rest, negative if it shrinks. ``work_container`` is the
+    work of contacts with the container and projections into it, and ``work_density`` the remaining work of the density
+    constraint and the finite time step. ``work_<name>`` is the work m (v + v')/2 . a dt of the acceleration a of the
+    effect ``name`` between two velocities. ``work_oscillation`` is recorded by the oscillation and ``work_vented`` by
+    venting. The residual is relative to the sum of all works; it is at most 1e-12 unless something moves the fluid
+    without being recorded.
 
-    Source: ours.   Limits: one rank, no device. The terms are summed group by group, so that a run with this effect
-    equals one without it to round-off, which grows in a chaotic flow. What a short step puts back into the container
-    without a velocity (``density.back``) is booked with the density constraint.
+    Source: ours.   Limits: one rank, no device. The terms are summed group by group, so a run with this effect equals
+    one without it only to round-off, which grows in a chaotic flow. Moving particles back into the container without a
+    velocity in a short step (``density.back``) is part of the work of the density constraint.
     """
 
     slot: ClassVar[str] = "mechanics"
@@ -43,12 +44,12 @@ class MechanicalLedger(Effect):
     on_ranks: ClassVar[bool] = False
 
     def owners(self, scene):
-        """Slots of the effects that accelerate the fluid, in the order of their terms."""
+        """The slots of the effects that accelerate the fluid, in the order of their terms."""
         return [slot for slot, effect in scene.effects.items()
                 if any(term.place in FORCES for term in effect.terms(scene, scene.fluids[0]))]
 
     def parts(self, scene):
-        """Name of each part that is booked here: a column ``work_<part>``, and its meaning."""
+        """Name -> meaning of each part that is measured here, for the columns ``work_<part>``."""
         parts = {"gravity": "work of gravity", "density": "work of the density constraint and the time step"}
         if "expansion" in scene.effects:
             parts["expansion"] = "work of vapour that swells or shrinks, p dV"
@@ -57,7 +58,7 @@ class MechanicalLedger(Effect):
         parts.update({slot: f"work of the accelerations of '{slot}'" for slot in self.owners(scene)
                       if slot != "density"})
         if "venting" in scene.effects:
-            parts["vented"] = "kinetic energy that venting took, counted negative"
+            parts["vented"] = "kinetic energy removed by venting, negative"
         return parts
 
     def properties(self, scene):
@@ -65,7 +66,7 @@ class MechanicalLedger(Effect):
                 for slot in self.owners(scene) for axis in ("au", "av", "aw")]
         if "expansion" in scene.effects:
             rows += [Property("swell_before", "-", "swell in the step before; 0 for a new particle", state=True),
-                     Property("impulse", "kg m^2", "multipliers of the sweeps of this step, summed"),
+                     Property("impulse", "kg m^2", "sum of the multipliers of all sweeps of this step"),
                      Property("pressure", "Pa", "pressure of the density constraint in this step")]
         return tuple(rows)
 
@@ -94,20 +95,20 @@ class MechanicalLedger(Effect):
             Column("kinetic_energy", "J", "kinetic energy of the fluid", lambda arrays, scene: kinetic(arrays)),
             *(Column(f"work_{part}", "J", f"{meaning}, since the start", work(part))
               for part, meaning in self.parts(scene).items()),
-            Column("work_residual", "-", "kinetic energy not accounted for / all work so far, without signs", residual),
+            Column("work_residual", "-", "kinetic energy not accounted for / sum of absolute works so far", residual),
         )
 
     def booked(self, scene):
-        """All parts that add up to the change of the kinetic energy."""
+        """All parts whose sum is the change of the kinetic energy."""
         return [*self.parts(scene), *(["oscillation"] if "oscillation" in scene.effects else [])]
 
     def check(self, scene, arrays):
         if get_backend() != "cython":
-            raise ValueError("mechanics (the mechanical ledger) reads every particle between the stages of a step: it "
-                             "does not run on a device; leave out --opencl, --cuda or --mechanics")
+            raise ValueError("mechanics (the mechanical ledger) does not run on a device, because it reads every "
+                             "particle between the stages of a step; leave out --opencl, --cuda or --mechanics")
 
     def prepare(self, scene, arrays):
-        """Gravity alone acts in the first step."""
+        """Set the state for the first step, in which only gravity acts."""
         for name in scene.fluids:
             for axis, g in zip(("au", "av", "aw"), scene.gravity):
                 fill(arrays[name], f"{axis}_by_density", g)
@@ -121,8 +122,8 @@ def kinetic(arrays):
 class WorkMeter:
     """Measures a step at the borders of its parts, for the integrator; ``arrays`` is filled by the scheme later.
 
-    ``begin`` stands before the prediction, ``mark`` after a stage; ``apart`` tells which function is called after the
-    terms of one effect at a place.
+    ``begin`` is called before the prediction and ``mark`` after a stage; ``apart`` maps a place to the function that is
+    called after the terms of each effect there.
     """
 
     def __init__(self, effect, scene, arrays):
@@ -130,7 +131,7 @@ class WorkMeter:
         self.owners, self.gravity = effect.owners(scene), np.array(scene.gravity)
         self.omega, self.swells = scene.effects["density"].omega, "expansion" in scene.effects
         self.summed, self.swelled, self.carried = [], [], {}
-        self.energy = None  # of the displacement so far; None between steps, also while a start is settled
+        self.energy = None  # kinetic energy of the displacement so far; None between steps and while settling
         self.apart = {**dict.fromkeys(FORCES, self.share), **dict.fromkeys(MOVES, self.moved)}
 
     def book(self, part, work):
@@ -139,19 +140,19 @@ class WorkMeter:
         first.work_moved[0] += abs(work)
 
     def potential(self):
-        """-m g . x, summed [J]."""
+        """The sum of -m g . x [J]."""
         return -sum(float(np.sum(host(pa, "m") * sum(g * host(pa, axis) for g, axis in zip(self.gravity, "xyz"))))
                     for pa in self.arrays)
 
     def kinetic(self):
-        """Kinetic energy of the displacement so far [J]."""
+        """Kinetic energy of the displacement in this step so far [J]."""
         return sum(0.5 * float(np.sum(host(pa, "m") * sum(host(pa, name)**2 for name in ("sx", "sy", "sz"))))
                    for pa in self.arrays) / self.dt**2
 
     def begin(self, dt, short):
-        """Work of each acceleration in the prediction that follows, from the velocity before it to that after it.
+        """Record the work of each acceleration in the following prediction, between the velocities before and after.
 
-        In a ``short`` step the velocity feels no more of the swell than its rate makes in that step.
+        In a ``short`` step only the change of the swell by its rate in that step affects the velocity.
         """
         self.dt = dt
         if self.arrays[0].kinetic_start[1] == 0.0:
@@ -164,7 +165,7 @@ class WorkMeter:
                            for axis in AXES)
                 work += float(np.sum(host(pa, "m") * rate)) * dt
             if slot == "density":
-                free = work  # of gravity, on the velocity
+                free = work  # work of gravity on the velocity
             else:
                 self.book(slot, work)
         self.free = free
@@ -178,25 +179,25 @@ class WorkMeter:
                 fill(pa, "impulse", 0.0)
 
     def predicted(self):
-        """After the prediction, before any stage."""
+        """Measure after the prediction, before any stage."""
         if self.energy is None:
             self.energy = self.kinetic()
             fallen = self.fallen()
             self.book("density", self.free - fallen)
 
     def fallen(self):
-        """Book the work of gravity since the last call [J]."""
+        """Record the work of gravity since the last call [J]."""
         place = self.potential()
         work, self.place = self.place - place, place
         self.book("gravity", work)
         return work
 
     def mark(self, stage):
-        """After a stage: what it did besides gravity, and besides what is told apart."""
+        """Record the work of a stage, without that of gravity and of effects that are measured separately."""
         if stage == "density":
             self.book("density", self.gained(self.kinetic()))
         elif stage == "oscillation":
-            self.arrays[0].work_moved[0] += abs(self.gained(self.kinetic()))  # booked by the push itself
+            self.arrays[0].work_moved[0] += abs(self.gained(self.kinetic()))  # recorded by the oscillation itself
         elif stage == "forces":
             self.book("density", self.gained(kinetic(self.arrays)))
             self.energy = None
@@ -207,13 +208,13 @@ class WorkMeter:
                 self.book("density", -work)
 
     def gained(self, energy):
-        """Change of the kinetic energy since the last call, less what gravity did [J]."""
+        """Change of the kinetic energy since the last call, without the work of gravity [J]."""
         work = energy - self.energy - self.fallen()
         self.energy = energy
         return work
 
     def moved(self, slot):
-        """After the terms of one effect have moved particles."""
+        """Record the work of one effect whose terms have moved particles."""
         if self.energy is None:
             return
         if slot == "density" and self.swells:
@@ -230,7 +231,7 @@ class WorkMeter:
             self.carried[pa.name] = weight, last
 
     def share(self, slot):
-        """After the terms of one effect: what they added to the accelerations."""
+        """Store the accelerations that the terms of one effect have added."""
         now = [{axis: host(pa, f"a{axis}").copy() for axis in AXES} for pa in self.arrays]
         before = self.summed if slot != self.owners[0] else [dict.fromkeys(AXES, 0.0)] * len(now)
         for pa, new, old in zip(self.arrays, now, before):

@@ -33,34 +33,36 @@ class UnconvergedSteps(Tool):
 
 @dataclass(frozen=True, kw_only=True)
 class DensityConstraint(Effect):
-    """Incompressible motion by Position Based Fluids, under gravity. A scene without it stands still."""
+    """Incompressible motion by Position Based Fluids, with gravity. In a scene without it, particles do not move."""
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion")
-    min_sweeps: int = param(2, "-", "sweeps that are always done", low=1, may_change=True)
-    max_sweeps: int = param(6, "-", "sweeps after which a step ends whatever its residual", low=1, may_change=True)
-    tolerance: float = param(4e-3, "-", "mean positive density error below which the sweeps end before their maximum",
+    min_sweeps: int = param(2, "-", "smallest number of sweeps in a step", low=1, may_change=True)
+    max_sweeps: int = param(6, "-", "largest number of sweeps, unless the error is above max_mean_error", low=1,
+                            may_change=True)
+    tolerance: float = param(4e-3, "-", "mean positive density error at which the sweeps end",
                              low=0.0, may_change=True)
     omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
-    eps: float = param(0.1, "-", "relaxation, relative to sum w |grad C|^2 of the rest lattice", low=0.0)
-    max_displacement: float = param(0.5, "-", "displacement limit of a sweep, in spacings", above=0.0)
-    chebyshev_radius: float = param(0.0, "-", "Chebyshev acceleration: spectral radius of a sweep, estimated; 0 is off",
+    eps: float = param(0.1, "-", "relaxation of the multipliers, relative to sum w |grad C|^2 of the rest lattice",
+                       low=0.0)
+    max_displacement: float = param(0.5, "-", "largest displacement in one sweep, in spacings", above=0.0)
+    chebyshev_radius: float = param(0.0, "-", "Chebyshev acceleration: estimated spectral radius of a sweep; 0 is off",
                                     low=0.0, high=0.999)
     chebyshev_delay: int = param(2, "-", "plain sweeps before the first accelerated one", low=1)
-    settle: int = param(50, "-", "passes before the first step, at most, that set what starts too close apart "
-                        "without a velocity; 0 leaves the start as it is", low=0)
-    courant: float = param(0.4, "-", "a step is split where a particle would move further, in spacings", above=0.0,
-                           may_change=True)
-    longest_step: float = param(0.15, "t*", "a longer step is split, t* = sqrt(spacing/|g|); so is one in which "
-                                "viscosity and drag would make velocities overshoot", above=0.0, may_change=True)
-    short_step: float = param(0.017, "t*", "in a shorter step a density error that was there before it becomes no "
-                              "velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
-    max_mean_error: float = param(0.015, "-", "mean positive density error above which the sweeps go on beyond their "
-                                  "maximum, to ten times as many", above=0.0, may_change=True)
-    skin: float = param(0.0, "-", "neighbour lists reach this many spacings further, and are kept until a particle has "
-                        "moved half of it", low=0.0, high=1.0)
+    settle: int = param(50, "-", "largest number of passes before the first step that move apart particles that "
+                        "start too close, without a velocity; 0 leaves the start as it is", low=0)
+    courant: float = param(0.4, "-", "a step is split if a particle would move farther than this, in spacings",
+                           above=0.0, may_change=True)
+    longest_step: float = param(0.15, "t*", "longer steps are split, t* = sqrt(spacing/|g|), and also steps in which "
+                                "viscosity and drag would overshoot", above=0.0, may_change=True)
+    short_step: float = param(0.017, "t*", "in shorter steps an existing density error is corrected without causing "
+                              "a velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
+    max_mean_error: float = param(0.015, "-", "mean positive density error above which more than max_sweeps are made, "
+                                  "up to ten times as many", above=0.0, may_change=True)
+    skin: float = param(0.0, "-", "neighbour lists reach this many spacings farther, and are kept until a particle has "
+                        "moved by half of that", low=0.0, high=1.0)
 
     def __post_init__(self):
         super().__post_init__()
@@ -69,12 +71,12 @@ class DensityConstraint(Effect):
 
     @property
     def error_limit(self):
-        """Mean positive density error that a step must not end with [-]."""
+        """Mean positive density error that the end of a step should not exceed [-]."""
         return max(self.max_mean_error, self.tolerance)
 
     def properties(self, scene):
         return (
-            Property("au", "m/s^2", "acceleration that enters the next prediction", state=True),
+            Property("au", "m/s^2", "acceleration for the next prediction", state=True),
             Property("av", "m/s^2", "acceleration", state=True),
             Property("aw", "m/s^2", "acceleration", state=True),
             Property("sx", "m", "displacement of this step, x* - x"),
@@ -82,7 +84,7 @@ class DensityConstraint(Effect):
             Property("sz", "m", "displacement of this step"),
             Property("lmbda", "kg m^2", "Lagrange multiplier of the density constraint"),
             Property("compression", "-", "positive part of the density constraint C"),
-            Property("left_over", "-", "compression that was there before a short step"),
+            Property("left_over", "-", "compression from before a short step"),
             Property("gcx", "1/m", "gradient of C with respect to the particle itself"),
             Property("gcy", "1/m", "gradient of C"),
             Property("gcz", "1/m", "gradient of C"),
@@ -109,11 +111,11 @@ class DensityConstraint(Effect):
                     {"listed": -1.0} if self.skin else {})
 
     def check(self, scene, arrays):
-        """A particle that reads its rest density from itself alone can never be set at rest by moving."""
+        """Check that no particle exceeds rest density by itself, because no motion could correct that."""
         lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
         expansion = scene.effects.get("expansion")
         for name in scene.fluids:
-            m, h = (arrays[name].get(prop, only_real_particles=False) for prop in ("m", "h"))  # no pull: not sent yet
+            m, h = (arrays[name].get(prop, only_real_particles=False) for prop in ("m", "h"))  # not on a device yet
             lengths, which = np.unique(h, return_inverse=True)
             alone = np.array([scene.kernel.kernel([0.0] * 3, 0.0, length) for length in lengths])
             limits = scene.rho0 * lattice / alone[which]
@@ -121,7 +123,7 @@ class DensityConstraint(Effect):
                 worst = int(np.argmax(m / limits))
                 raise ValueError(
                     f"the mass of particle {worst} of '{name}' must be below {limits[worst]:.4g} kg at its smoothing "
-                    f"length of {h[worst]:.4g} m, got {m[worst]:.4g} kg: alone it is denser than at rest")
+                    f"length of {h[worst]:.4g} m, got {m[worst]:.4g} kg: by itself it would exceed rest density")
             if expansion and np.any(m * expansion.max_swell(scene) >= limits):
                 worst = int(np.argmax(m / limits))
                 raise ValueError(
@@ -130,7 +132,7 @@ class DensityConstraint(Effect):
                     f"{expansion.max_swell(scene):.4g}: vapour that swells so far is denser than at rest when alone")
 
     def prepare(self, scene, arrays):
-        """Gravity acts from the first step on: forces are summed at the end of a step, for the next."""
+        """Set gravity for the first step, since forces are summed at the end of a step for the next one."""
         for name in scene.fluids:
             for axis, g in zip(("au", "av", "aw"), scene.gravity):
                 fill(arrays[name], axis, g)
@@ -156,7 +158,7 @@ class DensityConstraint(Effect):
     def limits(self, scene, dt):
         """The :class:`MotionLimits` of the integrator; without gravity the time step ``dt`` [s] is the unit of time.
 
-        Errors: ``ValueError`` where every step of ``dt`` would be split into more parts than a step may have.
+        Errors: ``ValueError`` if every step of ``dt`` would be split into more parts than allowed.
         """
         fall = scene.fall_time
         short_step = self.short_step * (fall if scene.g else dt / STANDARD_DT_FACTOR)
@@ -168,9 +170,9 @@ class DensityConstraint(Effect):
             cause = f"density.longest_step = {self.longest_step:.3g} t* allows no more"
             if longest < self.longest_step * fall:
                 slot = max(rates, key=rates.get)
-                cause = f"the effect '{slot}' evens out velocities at {rates[slot]:.3g} 1/s: lower its rate"
+                cause = f"the effect '{slot}' has a rate of {rates[slot]:.3g} 1/s: lower its rate"
             raise ValueError(f"each step of {dt:.3g} s would be split into {dt / longest:.3g} parts, more than "
-                             f"{MAX_SUBSTEPS}; {cause}, or take shorter steps")
+                             f"{MAX_SUBSTEPS}; {cause}, or use shorter steps")
         return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle)
 
@@ -218,32 +220,32 @@ N_CONTACTS = (
 
 
 def contained(scene, margin):
-    """Where a container acts, and how deep a contact there is [m].
+    """The places where a container acts, each with the largest distance [m] of being moved back that is a contact.
 
-    In a short step who was outside before it is put back without a velocity. A prediction ends at the wall wherever it
-    leads to (the step is short enough, see ``density.courant``); a correction of a sweep that presses a particle
-    through the margin and out of the container is a projection.
+    In a short step, particles that were outside before are moved back without a velocity. A prediction always ends at
+    the wall, which is a contact, since steps are short enough (``density.courant``). A correction in a sweep that
+    pushes a particle through the margin and out of the container is a projection.
     """
     return (("density.back", math.inf), ("density.contact", math.inf), ("density.move", margin * scene.spacing))
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoxContainer(Effect):
-    """A box that particles cannot leave: they are projected back to its inside."""
+    """A box that particles cannot leave, because they are moved back inside."""
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
     auto_rule: ClassVar[Rule] = Rule(
-        lambda facts, chosen: facts.walls, "a safety net behind the walls", "there are no walls")
+        lambda facts, chosen: facts.walls, "it catches particles that leak through walls", "there are no walls")
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
-    upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; the top is a lid")
+    upper: tuple = param((1.0, 1.0, 1.0), "m", "upper corner of the inside; its top is a lid")
     margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
 
     def __post_init__(self):
         super().__post_init__()
         if len(self.lower) != 3 or len(self.upper) != 3:
-            raise ValueError("container.lower and container.upper must hold three lengths [m] each")
+            raise ValueError("container.lower and container.upper must each be three lengths [m]")
 
     def properties(self, scene):
         return CONTACTS
@@ -263,7 +265,7 @@ class BoxContainer(Effect):
         return True
 
     def volume(self, scene):
-        """Volume of the inside [m^dim]; of a periodic domain, that of one period."""
+        """Volume of the inside [m^dim]; in a periodic domain, that of one period."""
         sides = np.where(scene.period > 0.0, scene.period, np.subtract(self.upper, self.lower))
         return float(np.prod(sides[:scene.dim]))
 
@@ -282,12 +284,12 @@ class BoxContainer(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderContainer(Effect):
-    """An upright cylinder that particles cannot leave; in 2-D its section through the axis."""
+    """An upright cylinder that particles cannot leave; in 2-D, its section through the axis."""
 
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "cylinder container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
-    centre: tuple = param((0.0, 0.0), "m", "axis position (x, y); only x counts in 2-D")
+    centre: tuple = param((0.0, 0.0), "m", "position of the axis (x, y); only x is used in 2-D")
     radius: float = param(1.0, "m", "inner radius", above=0.0)
     bottom: float = param(0.0, "m", "height of the floor")
     top: float = param(1.0, "m", "height of the lid")
@@ -300,7 +302,7 @@ class CylinderContainer(Effect):
         return N_CONTACTS
 
     def bounds(self, scene):
-        """Corners of the box round what particle centres may reach [m]."""
+        """Corners of the box around the region that particle centres may reach [m]."""
         inset = self.margin * scene.spacing
         reach, ends = self.radius - inset, (self.bottom + inset, self.top - inset)
         lower, upper = ([centre + sign * reach for centre in self.centre[:scene.dim - 1]] for sign in (-1.0, 1.0))
@@ -339,9 +341,10 @@ class XSPHViscosity(Effect):
     title: ClassVar[str] = "XSPH viscosity"
     requires: ClassVar[tuple[str, ...]] = ("density",)
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "motion needs damping at the scale of a particle")
-    rate: float = param(None, "1/s", "share of a velocity difference evened out in a unit of time; "
-                        "0.7 sqrt(|g|/spacing) if not given", low=0.0, may_change=True)
-    wall: float = param(0.0, "-", "friction at walls, as a multiple of the rate; 0 slips", low=0.0, may_change=True)
+    rate: float = param(None, "1/s", "rate at which velocity differences decay; 0.7 sqrt(|g|/spacing) if not "
+                        "given", low=0.0, may_change=True)
+    wall: float = param(0.0, "-", "friction at walls as a multiple of the rate; 0 is free slip", low=0.0,
+                        may_change=True)
 
     RATE: ClassVar[float] = 0.7  # of 1/t*; tuned
 
@@ -349,7 +352,7 @@ class XSPHViscosity(Effect):
         return self.rate if self.rate is not None else self.RATE / scene.fall_time
 
     def rate_of_velocity(self, scene):
-        return self.rate_in(scene) * max(1.0, self.wall)  # neighbours of both kinds weigh 1 together
+        return self.rate_in(scene) * max(1.0, self.wall)  # the weights of fluid and wall neighbours add up to 1
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", viscosity.PBFXSPHViscosity(

@@ -18,70 +18,71 @@ from pysph_boiling.schemes.vapour import Vapour
 
 __all__ = ["Oscillation"]
 
-BAND = (0.45, 0.85)  # the paper, section 4.3: bounds without their N^(1/3) part, in units of ``length``
-ROUND_OFF = 1e-12  # of a radius: what counts as inside its bounds
-TYPICAL = 20  # particles in a bubble for which the time scale is checked
-STEPS = 20  # steps a period needs to be seen
+BAND = (0.45, 0.85)  # bounds of the paper, section 4.3, without their N^(1/3) part, in units of ``length``
+ROUND_OFF = 1e-12  # relative tolerance of the bounds of a radius
+TYPICAL = 20  # number of particles of the bubble for which the time scale is checked
+STEPS = 20  # least number of steps per period
 
 
 @dataclass(frozen=True, kw_only=True)
 class Oscillation(Effect):
     """Keeps the mean radius of each bubble within bounds, or lets it oscillate.
 
-    ``"band"`` (the paper) and ``"relative"`` only clamp: nothing moves inside the bounds. ``"hysteresis"`` remembers: a
-    target radius runs from bound to bound and back in ``period``. ``"rayleigh_plesset"`` solves for the volume of each
-    bubble, to which both its radius and the rest volume of its particles are set.
+    The forms ``"band"`` (the paper) and ``"relative"`` only clamp the radius and do nothing inside the bounds. In the
+    form ``"hysteresis"`` a target radius moves between the bounds and back in one ``period``. The form
+    ``"rayleigh_plesset"`` solves an equation for the volume of each bubble, which then determines both its radius and
+    the rest volume of its particles.
 
-    **How far a wall is pushed.** The step turns a displacement into a velocity, so the push is bounded by what moves
-    the wall of a real bubble in a step dt. Its mean radius, counted from the start of the step, changes by at most U dt
-    through the push, with the largest speed of a sine between the bounds, U = pi (upper - lower) R/period; outwards
-    also by dt^2/2 of p/(rho R), the acceleration at which the weight of the liquid above, p, would close it (Rayleigh
-    1917), which a bubble must bear to grow at all. No particle is pushed further than that. So a bubble gathers no
-    speed from step to step, and the push gives none in a short step. The column ``work_oscillation`` has the kinetic
-    energy that all pushes gave.
+    **Limit of the displacement.** A step turns displacements into velocities, so they are limited to what the wall of a
+    real bubble can do in a step dt. The constraint changes the mean radius by at most U dt, where U = pi (upper -
+    lower) R/period is the largest speed of a sine between the bounds. Outwards, dt^2/2 p/(rho R) is added, with the
+    acceleration at which the weight p of the liquid above would close the bubble (Rayleigh 1917), because a bubble must
+    overcome this to grow at all. No particle is moved farther than that. So a bubble cannot gain speed from step to
+    step, and in a short step the constraint causes no velocity. The column ``work_oscillation`` has the kinetic energy
+    that the constraint has added in total.
 
-    A push is cut for a whole bubble, so that its particles still share no net momentum. With unequal masses the centre
-    of mass stays, the centroid does not.
+    The limit is applied to a whole bubble, so that its displacements still have no net momentum. With unequal masses
+    the centre of mass does not move, but the centroid does.
 
     ``slowdown``: a steam bubble of 4 mm rings 817 times a second, which no frame shows, so that the bubble's own time
     runs this many times slower: period = slowdown 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
 
-    Limits: ``"band"`` fits 15 to 101 particles in 3-D, 9 to 30 in 2-D; it swells smaller bubbles and squeezes larger
-    ones. The density constraint keeps a bubble above about 0.92 (3-D) or 0.965 (2-D) of its radius at rest. A bubble
-    must be shorter than half a period of the domain.
+    Limits: the bounds of ``"band"`` fit bubbles of 15 to 101 particles in 3-D and 9 to 30 in 2-D; smaller bubbles are
+    expanded and larger ones compressed. The density constraint keeps a bubble above about 0.92 (3-D) or 0.965 (2-D) of
+    its radius at rest. A bubble must be shorter than half a period of the domain.
     """
 
     slot: ClassVar[str] = "oscillation"
     title: ClassVar[str] = "oscillation of bubbles"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
-    form: str = param("band", "-", "how the radius of a bubble is chosen",
+    form: str = param("band", "-", "form of the constraint",
                       choices=("band", "relative", "hysteresis", "rayleigh_plesset"))
-    gradient: str = param("exact", "-", "'exact' (eq. 27) exerts no net push, 'paper' (eq. 28) does",
+    gradient: str = param("exact", "-", "'exact' (eq. 27) conserves momentum, 'paper' (eq. 28) does not",
                           choices=("exact", "paper"))
     omega: float = param(1.0, "-", "under-relaxation", above=0.0, high=1.0)
     sweeps: int = param(1, "-", "solves a step", low=1)
-    eps: float = param(1e-6, "-", "relaxation of eq. 29, relative to w/N", low=0.0)
-    min_particles: int = param(2, "-", "smaller bubbles are left alone", low=2)
+    eps: float = param(1e-6, "-", "relaxation in eq. 29, relative to w/N", low=0.0)
+    min_particles: int = param(2, "-", "smallest bubble that is constrained", low=2)
     k_model: float = param(0.05, "-", "'band': growth of the bounds with N^(1/3)", low=0.0)
-    length: float = param(2.0, "-", "'band': unit of the paper's radii, in spacings", above=0.0)
+    length: float = param(2.0, "-", "'band': unit of length of the paper's radii, in spacings", above=0.0)
     lower: float = param(None, "-", "lower bound, in units of the radius at rest; 0.9, hysteresis 0.95, "
                          "Rayleigh-Plesset 0.6 if not given", above=0.0)
     upper: float = param(None, "-", "upper bound, in units of the radius at rest; 1.15, Rayleigh-Plesset 1.25 if not "
                          "given", above=0.0)
-    period: float = param(None, "s", "in which a bubble swings from bound to bound and back, at the fastest; "
-                          "10 sqrt(spacing/|g|) if not given; not for 'rayleigh_plesset'", above=0.0)
+    period: float = param(None, "s", "shortest period of the oscillation between the bounds; 10 "
+                          "sqrt(spacing/|g|) if not given; not used by 'rayleigh_plesset'", above=0.0)
     pressure: float = param(101325.0, "Pa", "'rayleigh_plesset': ambient pressure", above=0.0)
     kappa: float = param(1.33, "-", "'rayleigh_plesset': polytropic exponent of the gas", low=1.0)
-    viscosity: float = param(None, "Pa s", "'rayleigh_plesset': of the liquid; the material's if not given. More of it "
-                             "stands for damping by heat and sound", low=0.0)
+    viscosity: float = param(None, "Pa s", "'rayleigh_plesset': viscosity of the liquid; the material's if not given; "
+                             "larger values can represent damping by heat and sound", low=0.0)
     sigma: float = param(None, "N/m", "'rayleigh_plesset': surface tension; the material's if not given", low=0.0)
-    slowdown: float = param(50.0, "-", "'rayleigh_plesset': a bubble's time runs this many times slower", above=0.0)
-    surface: float = param(None, "m", "'rayleigh_plesset': height of the free surface; that of the highest liquid if "
-                           "not given")
+    slowdown: float = param(50.0, "-", "'rayleigh_plesset': factor by which a bubble's time is slower", above=0.0)
+    surface: float = param(None, "m", "'rayleigh_plesset': height of the free surface; that of the highest liquid "
+                           "particle if not given")
 
     BOUNDS: ClassVar[dict] = {"relative": (0.9, 1.15), "hysteresis": (0.95, 1.15), "rayleigh_plesset": (0.6, 1.25)}
     PERIOD: ClassVar[float] = 10.0  # of t*; tuned
-    MIXING: ClassVar[float] = 10.0  # of t*: time in which the particles of a bubble come to equal swell; tuned
+    MIXING: ClassVar[float] = 10.0  # time in t* in which the swells of a bubble's particles become equal; tuned
 
     def __post_init__(self):
         super().__post_init__()
@@ -99,7 +100,7 @@ class Oscillation(Effect):
         return self.period if self.period is not None else self.PERIOD * scene.fall_time
 
     def bubble(self, scene):
-        """The equation of a single bubble, from the material and what was given instead."""
+        """The equation of a single bubble, with the material's constants or those given."""
         material = scene.material
         return RayleighPlesset(
             rho=material.rho_l, pressure=self.pressure, kappa=self.kappa,
@@ -122,9 +123,9 @@ class Oscillation(Effect):
         return {**constants, "n_clamped": 0.0} if self.form == "rayleigh_plesset" else constants
 
     def columns(self, scene):
-        meanings = {"n_pushed": "pushes of a bubble since the start",
-                    "n_clamped": "times that the volume of a bubble was held at its bounds, or at what a step may "
-                                 "displace, since the start"}
+        meanings = {"n_pushed": "times that a bubble was moved since the start",
+                    "n_clamped": "times that the volume of a bubble was limited by its bounds, or by the largest "
+                                 "displacement in a step, since the start"}
         counts = tuple(Column(name, "-", meaning, lambda arrays, scene, name=name: constant(arrays, name))
                        for name, meaning in meanings.items() if name in self.constants(scene))
 
@@ -135,7 +136,7 @@ class Oscillation(Effect):
             return float(np.mean(table.mean_radius)) if len(table.label) else 0.0
 
         return (*counts,
-                Column("work_oscillation", "J", "kinetic energy given by the pushes since the start",
+                Column("work_oscillation", "J", "kinetic energy added by the constraint since the start",
                        lambda arrays, scene: constant(arrays, "work_oscillation")),
                 Column("bubble_distance_mean", "m", "mean over the bubbles of the mean distance of their particles "
                        "from the centroid (the paper, eq. 24); 0 without bubbles", distance))
@@ -145,7 +146,7 @@ class Oscillation(Effect):
             raise ValueError("oscillation.period [s] must be given in a scene without gravity")
         if self.form == "rayleigh_plesset":
             if scene.dim != 3:
-                raise ValueError("oscillation.form = 'rayleigh_plesset' needs a scene in 3-D: the equation is that of "
+                raise ValueError("oscillation.form = 'rayleigh_plesset' needs a 3-D scene, because its equation is for "
                                  "a sphere")
             if "expansion" not in scene.effects:
                 raise SchemeError("oscillation.form = 'rayleigh_plesset' needs the effect 'expansion'",
@@ -156,7 +157,7 @@ class Oscillation(Effect):
         if self.form == "hysteresis":
             period = self.period_in(scene)
             if period < STEPS * dt:
-                yield f"oscillation.period = {period:.3g} s is {period / dt:.3g} steps: it takes {STEPS} to be seen"
+                yield f"oscillation.period = {period:.3g} s has {period / dt:.3g} steps; it needs at least {STEPS}"
         if self.form == "rayleigh_plesset" and "expansion" in scene.effects:
             volume = TYPICAL * scene.effects["expansion"].v_exp * scene.spacing**scene.dim
             period = self.slowdown * 2.0 * math.pi / float(self.bubble(scene).frequency(sphere_radius(volume)))
@@ -175,10 +176,10 @@ class Oscillation(Effect):
             return {"forces.volume": lambda arrays: self.advance_volumes(scene, arrays)}
         return {}
 
-    # --- on the host, one number a bubble -----------------------------------------------------------------------------
+    # --- on the host, one number per bubble ---------------------------------------------------------------------------
 
     def solve(self, scene, arrays):
-        """Measure the bubbles and set what the kernel reads; whether any is to be pushed."""
+        """Measure the bubbles and set the inputs of the kernel; returns whether any bubble is to be moved."""
         first = arrays[0].pushes[0] == 0.0
         if arrays[0].pushes[0] >= self.sweeps:
             return False
@@ -200,7 +201,7 @@ class Oscillation(Effect):
         dt = float(arrays[0].oscillation_dt[0])
         step = np.stack([vapour.get(name) for name in ("sx", "sy", "sz")], -1)
         reach = speed * dt + np.where(gap > 0.0, 0.5 * self.collapse(scene, arrays, centre, radius) * dt**2, 0.0)
-        most = self.radius(vapour, place - step) + np.sign(gap) * reach - radius  # how far the wall may still go
+        most = self.radius(vapour, place - step) + np.sign(gap) * reach - radius  # how far the wall may still move
         gap = np.clip(most, np.minimum(gap, 0.0), np.maximum(gap, 0.0))
         w, way = 1.0 / vapour.get("m"), direction - mean[vapour.index]
         squares = vapour.sum(w * np.sum(way**2, axis=1)) / vapour.n**2 + self.eps * vapour.sum(w) / vapour.n**2
@@ -211,12 +212,12 @@ class Oscillation(Effect):
             return False
 
         for axis, letter in enumerate("xyz"):
-            vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # as the particle sees it, if periodic
+            vapour.put(f"bc{letter}", vapour.get(letter) - arm[:, axis])  # nearest image if periodic
             vapour.put(f"bd{letter}", mean[vapour.index, axis])
         vapour.put("push_multiplier", push[vapour.index])
         arrays[0].n_pushed[0] += np.count_nonzero(push)
         move = (push[vapour.index] * w)[:, None] * way
-        given = (step + 0.5 * move) / dt**2 - np.array(scene.gravity)  # what gravity does with the push is not its own
+        given = (step + 0.5 * move) / dt**2 - np.array(scene.gravity)  # without the work of gravity on the displacement
         arrays[0].work_oscillation[0] += ranks.total(float(np.sum(np.sum(given * move, axis=1) / w)))
         for pa in arrays:
             pa.pushes[0] += 1.0
@@ -230,22 +231,22 @@ class Oscillation(Effect):
 
     @staticmethod
     def collapse(scene, arrays, centre, radius):
-        """Acceleration [m/s^2] that the weight of the liquid above gives the wall of each bubble: p/(rho R).
+        """Acceleration p/(rho R) [m/s^2] of the wall of each bubble by the weight p of the liquid above it.
 
-        The level is that of an even pool with this mean height, which drops in flight hardly move.
+        The level is that of a uniform pool with the same mean height, which flying drops hardly change.
         """
         up = np.array(scene.up)
         count = ranks.total(sum(real(pa) for pa in arrays))
         mean = ranks.total(sum(summed(height(pa, up)) for pa in arrays)) / count
         floor = -ranks.largest(max(largest(-height(pa, up), default=-math.inf) for pa in arrays))
         depth = np.maximum(2.0 * mean - floor - centre @ up, 0.0)
-        size = radius / {2: 2.0 / 3.0, 3: 0.75}[scene.dim]  # of a disc or ball with this mean radius
+        size = radius / {2: 2.0 / 3.0, 3: 0.75}[scene.dim]  # radius of a disc or ball with this mean radius
         return scene.g * depth / np.maximum(size, 0.5 * scene.spacing)
 
     def radii(self, scene, vapour, radius, first):
-        """(low, high, speed) of each bubble: bounds of its mean radius [m], and how fast that may be pushed [m/s].
+        """(low, high, speed) of each bubble: bounds of its mean radius [m], and the largest speed of its change [m/s].
 
-        ``first`` in a step, the target of a hysteresis moves on.
+        With ``first``, which is true once per step, the target radius of the form "hysteresis" advances.
         """
         if self.form == "band":
             unit = self.length * scene.spacing
@@ -265,7 +266,7 @@ class Oscillation(Effect):
 
     @staticmethod
     def radius_at_rest(scene, vapour):
-        """Mean distance from the centre in a disc or sphere of the bubble's rest volume [m]."""
+        """Mean distance from the centre of a disc or sphere with the rest volume of the bubble [m]."""
         m = vapour.get("m")
         size = vapour.sum(m * vapour.get("swell") if "expansion" in scene.effects else m) / scene.particle_mass
         if scene.dim == 2:
@@ -297,8 +298,9 @@ class Oscillation(Effect):
     def advance_volumes(self, scene, arrays):
         """Advance the volume of each bubble, and share it out as swell of its particles.
 
-        A particle's swell times its liquid's volume is its share of the bubble's volume, so that shares add up when
-        bubbles merge and go with their particles when one splits. Vapour that is new has the swell it had as liquid.
+        The swell of a particle times the volume of its liquid is its part of the bubble's volume, so the parts add up
+        when bubbles merge, and stay with their particles when a bubble splits. New vapour has the swell it had as
+        liquid.
         """
         vapour = Vapour(arrays)
         dt = float(arrays[0].oscillation_dt[0])
@@ -311,9 +313,9 @@ class Oscillation(Effect):
         R, U, clamped = self.bubble(scene).advance(
             R, flow / (4.0 * math.pi * R * R), R0, self.outer_pressure(scene, arrays, vapour), dt / self.slowdown,
             *self.bounds())
-        # What it displaces moves as far, and meets what comes from the other side: half of what a step may move both.
-        # A step that is split does not let it go further: the parts would be ever more. A wall held back has the speed
-        # it is held to: what it kept beyond that would come out in later steps, at any phase.
+        # The liquid that a wall displaces moves as far as the wall, and two walls may approach each other, so a wall
+        # may move by half the displacement that splits a step. Splitting steps instead would lead to ever more parts. A
+        # limited wall gets the limited speed, since otherwise its speed would act in later steps, at any phase.
         reach = 0.25 * scene.effects["density"].courant * scene.spacing / arrays[0].substeps[0]
         held = np.clip(R, start - reach, start + reach)
         clamped |= held != R
@@ -333,7 +335,7 @@ class Oscillation(Effect):
         arrays[0].n_clamped[0] += np.count_nonzero(clamped)
 
     def outer_pressure(self, scene, arrays, vapour):
-        """Pressure at the centre of each bubble [Pa]: ambient, and the weight of the liquid above it."""
+        """Pressure at the centre of each bubble [Pa]: the ambient pressure and the weight of the liquid above it."""
         up = np.array(scene.up)
         _, centre = vapour.places(scene.period)
         top = self.surface
@@ -349,5 +351,5 @@ def sphere_radius(volume):
 
 
 def height(pa, up):
-    """Height of the real particles of an array [m]."""
+    """Heights of the real particles of an array [m]."""
     return sum(component * values(pa, axis) for component, axis in zip(up, "xyz"))

@@ -26,7 +26,7 @@ __all__ = ["PhaseChange"]
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseChange(Effect):
-    """The four states of a particle and the edges between them."""
+    """The four states of a particle and the transitions between them."""
 
     slot: ClassVar[str] = "phases"
     title: ClassVar[str] = "phase change"
@@ -34,12 +34,13 @@ class PhaseChange(Effect):
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.hottest > facts.T_sat,
         "something is above saturation", "nothing can reach saturation")
-    interrupt: str = param("hold", "-", "stored latent heat when a site is lost: held, or converted (paper)",
+    interrupt: str = param("hold", "-", "stored latent heat when a site is lost: hold it, or convert it (paper)",
                            choices=("hold", "convert"))
-    kinetic: str = param("site", "-", "what liquid at saturation needs to enter the transition: a site near it, or "
-                         "nothing (always); or it never does", choices=("site", "always", "never"))
+    kinetic: str = param("site", "-", "condition for liquid at saturation to enter the transition: a site near it, "
+                         "always, or never", choices=("site", "always", "never"))
     vapour_as_site: bool = param(True, "-", "vapour near a liquid particle counts as a nucleation site")
-    kinetic_radius: float = param(1.5, "-", "reach of vapour as a site, in spacings", above=0.0, high=2.0)
+    kinetic_radius: float = param(1.5, "-", "radius within which vapour acts as a site, in spacings", above=0.0,
+                                  high=2.0)
 
     def properties(self, scene):
         rows = [
@@ -49,7 +50,7 @@ class PhaseChange(Effect):
             Property("interrupted", "-", "times its transition was interrupted", "int", True, True),
         ]
         if self.interrupt == "hold":
-            rows.append(Property("e_lat", "J/kg", "latent heat frozen at an interruption", state=True))
+            rows.append(Property("e_lat", "J/kg", "latent heat held since an interruption", state=True))
         return tuple(rows)
 
     def columns(self, scene):
@@ -70,7 +71,7 @@ class PhaseChange(Effect):
         states = {phase.name.lower(): (lambda arrays, phase=phase: in_state(arrays, phase),
                                        f"in state {phase.name.lower()}") for phase in Phase}
         states["superheated"] = lambda arrays: parted(arrays)[0], "of liquid above T_sat"
-        states["held"] = lambda arrays: parted(arrays)[1], "of liquid at T_sat without a site: interrupted, or fed"
+        states["held"] = lambda arrays: parted(arrays)[1], "of liquid held at T_sat without a site: interrupted, or fed"
         columns = []
         for name, (which, meaning) in states.items():
             columns.append(Column(f"n_{name}", "-", f"particles {meaning}", count(which)))
@@ -81,7 +82,7 @@ class PhaseChange(Effect):
             cumulative("n_interrupted", "-", "interrupted transitions since the start", "interrupted"),
         ]
         if self.interrupt == "hold":
-            columns.append(Column("energy_hidden", "J", "held latent heat that no temperature shows", hidden_heat))
+            columns.append(Column("energy_hidden", "J", "held latent heat, which no temperature shows", hidden_heat))
         return tuple(columns)
 
     def conditions(self, scene):

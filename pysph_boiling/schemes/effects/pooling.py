@@ -1,4 +1,4 @@
-"""Pooled latent heat: what liquid round a bubble has stored is the bubble's, and turns the nearest into vapour."""
+"""Pooled latent heat: latent heat stored around a bubble is pooled, and vaporises the liquid nearest to its centre."""
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,11 +17,11 @@ __all__ = ["LatentPooling", "Pools"]
 
 @dataclass(frozen=True, kw_only=True)
 class LatentPooling(Effect):
-    """Latent heat stored round a bubble is pooled, and spent on the liquid nearest to the bubble's centroid.
+    """Latent heat stored around a bubble is pooled, and vaporises the liquid nearest to the bubble's centroid.
 
     Liquid in transition within the kinetic radius of vapour belongs to the bubble of the nearest vapour. All of it is
-    at saturation, so that heat may move within it. Without pooling each particle waits for its own latent heat, and a
-    bubble in superheated liquid grows dendrites instead of a disc or a sphere (``benchmarks/growth.py``).
+    at saturation, so heat may be exchanged within it. Without pooling each particle has to collect its own latent heat,
+    and a bubble in superheated liquid grows dendrites instead of a disc or a sphere (``benchmarks/growth.py``).
 
     Limits: in a periodic domain a bubble must be shorter than half a period.
     """
@@ -31,13 +31,13 @@ class LatentPooling(Effect):
     requires: ClassVar[tuple[str, ...]] = ("bubbles",)
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: chosen["phases"].kinetic == "site" and chosen["phases"].vapour_as_site,
-        "bubbles grow by the heat of the liquid round them", "bubbles do not grow by vapour as a site")
+        "bubbles grow by the heat of the liquid around them", "vapour does not act as a site, so bubbles do not grow")
 
     def properties(self, scene):
         return (
-            Property("joined", "-", "bubble that liquid in transition stores its latent heat for; NO_BUBBLE elsewhere",
+            Property("joined", "-", "bubble for which liquid in transition stores its latent heat; NO_BUBBLE elsewhere",
                      "unsigned int"),
-            Property("pooled", "J/kg", "enthalpy given by the pool; negative where none is"),
+            Property("pooled", "J/kg", "enthalpy given by the pool; negative without a pool"),
         )
 
     def constants(self, scene):
@@ -56,22 +56,22 @@ class LatentPooling(Effect):
 
 
 class Pools:
-    """Decides what each particle gets from the pool of its bubble, and asks for new labels where there is new vapour.
+    """Computes what each particle gets from the pool of its bubble, and requests new labels if there is new vapour.
 
-    A pool Q = sum m e completes the latent heat of its particles in the order of their distance from the bubble's
-    centroid (ties: smaller uid), as many as it can pay for; the others share the rest equally. Where none is left, the
-    excess stays with the new vapour. A second pass over the bubbles, which is there for the labels, does nothing.
+    A pool Q = sum m e completes the latent heat of as many of its particles as possible, in the order of their distance
+    from the bubble's centroid (ties: smaller uid). The others share the rest equally; if there are none, the excess
+    stays with the new vapour. A second pass over the bubbles, which only renews the labels, changes no pool.
     """
 
     def __init__(self, scene):
         self.scene, self.again = scene, False
 
     def begin(self, arrays):
-        """A pass over the bubbles begins; new labels were asked for if it is the second."""
+        """Begin a pass over the bubbles; it is the second one of a step if new labels were requested."""
         self.again = any(pa.relabel[0] > 0.0 for pa in arrays)
 
     def share(self, arrays):
-        """Write ``pooled``."""
+        """Set the property ``pooled``."""
         (pa,) = arrays  # as the labels demand
         fill(pa, "pooled", -1.0)
         members = Subset(pa, values(pa, "joined") != NO_BUBBLE)
@@ -80,10 +80,10 @@ class Pools:
             centroid = vapour.places(self.scene.period)[1]
             index = np.searchsorted(vapour.label, members.get("joined"))
             place = np.stack([members.get(name) for name in ("x", "y", "z")], -1)
-            # rounded: the last digits of a centroid depend on the order of its sum, and lattices are full of ties
+            # rounded, since the last digits of a centroid depend on the order of its sum, and lattices have many ties
             distance2 = np.round(np.sum(nearest_image(place - centroid[index], self.scene.period) ** 2, axis=1)
                                  / self.scene.spacing**2, 9)
-            index, own = ranks.gather(index)  # a pool is shared by a whole bubble, wherever its liquid is
+            index, own = ranks.gather(index)  # a pool belongs to a whole bubble, on all ranks
             distance2, uid, mass, enthalpy = (ranks.gather(part)[0] for part in (
                 distance2, *(members.get(name) for name in ("uid", "m", "e"))))
             order = np.lexsort((uid, distance2, index))

@@ -17,19 +17,20 @@ __all__ = ["PresetNucleation"]
 
 @dataclass(frozen=True, kw_only=True)
 class PresetNucleation(Effect):
-    """Preset nucleation sites: the kinetic condition near them, and their pull on the liquid."""
+    """Preset nucleation sites: the kinetic condition near them, and their attraction of liquid."""
 
     slot: ClassVar[str] = "preset_nucleation"
     title: ClassVar[str] = "preset nucleation sites"
     requires: ClassVar[tuple[str, ...]] = ("phases",)
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.sites, "there are sites", "there are no sites")
     radius: float = param(1.6, "-", "radius of a site, in spacings", above=0.0)
-    attraction: float = param(0.5, "-", "pull of a site on liquid, in units of gravity", low=0.0)
-    attraction_radius: float = param(2.4, "-", "reach of the pull, in spacings; beyond the kernel support it slows the "
-                                     "neighbour search of the whole scene", above=0.0)
+    attraction: float = param(0.5, "-", "attraction of liquid by a site, in units of gravity", low=0.0)
+    attraction_radius: float = param(2.4, "-", "range of the attraction, in spacings; beyond the kernel support it "
+                                     "slows down the neighbour search of the scene", above=0.0)
 
-    # Spacings between sites from which on bubbles depart, measured on steady_boiling with its adhesion: none in 3 s at
-    # 2.33 and 2.62 (2-D, two starts each) nor in 2.5 s at 2.33 (3-D); 3 and 4 at 3.0 (2-D), 11 at 2.8 (3-D).
+    # Distance between sites, in spacings, from which bubbles depart, measured with steady_boiling and its adhesion: no
+    # bubbles in 3 s at 2.33 and 2.62 (2-D, two starts each) and in 2.5 s at 2.33 (3-D); 3 and 4 bubbles at 3.0 (2-D),
+    # 11 at 2.8 (3-D).
     MIN_SITE_SPACING: ClassVar[MappingProxyType] = MappingProxyType({2: 3.0, 3: 2.8})
 
     @property
@@ -41,15 +42,15 @@ class PresetNucleation(Effect):
         if not scene.sites:
             raise SchemeError("preset_nucleation: preset sites need a particle array of sites",
                               "pass sites=['sites'] to the scheme and create that array (particles.site_array)",
-                              "this scene has none, so take 'preset_nucleation' out with --no-preset-nucleation")
+                              "this scene has none, so leave 'preset_nucleation' out with --no-preset-nucleation")
         if len(scene.sites) > 1:
-            raise ValueError(f"preset_nucleation: put all preset sites into one array, got {scene.sites}: the pull is "
-                             "towards the nearest site of an array")
+            raise ValueError(f"preset_nucleation: all preset sites must be in one array, got {scene.sites}, because "
+                             "liquid is attracted by the nearest site of an array")
         for name in scene.sites:
             reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
             needed = max(self.reach, scene.effects["adhesion"].radius if "adhesion" in scene.effects else 0.0)
             if reach < needed * (1.0 - 1e-9):
-                raise SchemeError(f"sites '{name}' reach {reach:.3g} spacings, the effects need {needed:.3g}",
+                raise SchemeError(f"sites '{name}' reach {reach:.3g} spacings, but the effects need {needed:.3g}",
                                   f"make the array with site_array(reach={needed * scene.spacing:.3g})",
                                   "preset_nucleation.radius, preset_nucleation.attraction_radius and adhesion.radius "
                                   f"must be at most {reach:.3g}")
@@ -66,9 +67,9 @@ class PresetNucleation(Effect):
         near = np.count_nonzero(apart < least * (1.0 - 1e-9))
         if near:
             warnings.warn(
-                f"{near} of {len(sites)} nucleation sites are less than {least:g} spacings from another, the nearest "
-                f"{apart.min():.3g}: their vapour may join to a film over the base, from which no bubble departs; take "
-                "fewer sites, or set them further apart", stacklevel=2)
+                f"{near} of {len(sites)} nucleation sites are closer than {least:g} spacings to another, the closest "
+                f"{apart.min():.3g}: their vapour may merge into a film on the base, from which no bubble departs; use "
+                "fewer sites, or place them farther apart", stacklevel=2)
 
     def tools(self, scheme):
         from pysph_boiling.schemes.bubbles import Departures

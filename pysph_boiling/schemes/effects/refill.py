@@ -1,4 +1,4 @@
-"""Refill: liquid flows in from above, so that a vessel that boils in the open lasts."""
+"""Refill: liquid flows in from above, so that an open vessel does not boil dry."""
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,22 +17,22 @@ __all__ = ["Refill", "RefillTool"]
 
 @dataclass(frozen=True, kw_only=True)
 class Refill(Effect):
-    """Liquid added on top of the surface: as much as has left, or at a rate of its own. Booked as inflow."""
+    """Liquid is added above the surface, as much as was vented or at a given rate, and recorded as inflow."""
 
     slot: ClassVar[str] = "refill"
     title: ClassVar[str] = "refill"
     requires: ClassVar[tuple[str, ...]] = ("density", "container", "heat")
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: chosen["venting"].mode == "remove",
-        "what leaves is to come back", "the lid returns what is vented", after=("venting",))
-    rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); what was vented, evened out, if not given", low=0.0,
+        "vented liquid is to be replaced", "the lid returns vented bubbles as liquid", after=("venting",))
+    rate: float = param(None, "kg/s", "inflow (kg/(s m) in 2-D); the smoothed rate of venting if not given", low=0.0,
                         may_change=True)
     T_feed: float = param(None, "K", "temperature of the liquid that flows in; saturation if not given", above=0.0,
                           may_change=True, temperature=True)
-    seed: int = param(0, "-", "seed of the places where it comes in", low=0)
+    seed: int = param(0, "-", "seed of the positions of the inflow", low=0)
 
-    DELAY: ClassVar[float] = 20.0  # t*: what a bubble took away comes back over this time, not in one step
-    TRIES: ClassVar[int] = 16  # columns looked at for each particle; the lowest free one is filled
+    DELAY: ClassVar[float] = 20.0  # t*: a vented bubble is replaced over this time, not in one step
+    TRIES: ClassVar[int] = 16  # columns that are checked for each particle; the lowest free one is filled
 
     def check(self, scene, arrays):
         if self.T_feed is not None and self.T_feed > scene.material.T_sat:
@@ -61,9 +61,9 @@ class Refill(Effect):
 
 
 class RefillTool(Tool):
-    """Adds particles after the step, at rest, one spacing above the surface. They join the first fluid array.
+    """Adds particles to the first fluid array after the step, at rest and one spacing above the surface.
 
-    A particle comes in only where there is room under the container's top; what finds none waits (``refill_due``).
+    A particle is only added if there is space below the container's top; otherwise it waits (``refill_due``).
     """
 
     def __init__(self, effect, scheme):
@@ -88,7 +88,7 @@ class RefillTool(Tool):
         n = len(places)
         if n == 0:
             return
-        if ranks.rank() == 0:  # all ranks know what comes in; it moves to its own rank with the next search
+        if ranks.rank() == 0:  # all ranks compute the new particles, which move to their ranks with the next search
             self.add(pa, places)
         for name, value in (("refill_due", -n * mass), ("refill_uid", n), ("n_refilled", n),
                             ("mass_refilled", n * mass), ("energy_refilled", n * mass * self.e_feed)):
@@ -141,7 +141,7 @@ class RefillTool(Tool):
         """Random points of the container's cross-section, each a new array (3,)."""
         container, scene = self.scene.effects["container"], self.scene
         lower, upper = (np.array(corner) for corner in container.bounds(scene))
-        inset = np.where(np.arange(3) < scene.dim - 1, 0.4 * scene.spacing, 0.0)  # where a wall lets liquid settle
+        inset = np.where(np.arange(3) < scene.dim - 1, 0.4 * scene.spacing, 0.0)  # where liquid settles at a wall
         for point in random.uniform(lower + inset, upper - inset, (self.effect.TRIES, 3)):
             if container.covers(scene, point):
                 yield point

@@ -1,4 +1,4 @@
-"""Venting: what happens to a bubble at the surface. It leaves the simulation, or a lid returns it as liquid."""
+"""Venting: a bubble at the surface leaves the simulation, or a lid returns it as liquid."""
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,7 +18,7 @@ __all__ = ["Venting", "VentingTool"]
 
 @dataclass(frozen=True, kw_only=True)
 class Venting(Effect):
-    """Bubbles that reach the surface leave: removed, or returned as liquid by a lid. Booked either way."""
+    """Bubbles that reach the surface are removed, or returned as liquid by a lid; both are recorded."""
 
     slot: ClassVar[str] = "venting"
     title: ClassVar[str] = "venting"
@@ -26,13 +26,13 @@ class Venting(Effect):
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: facts.g > 0.0, "bubbles reach the surface", "no gravity")
     mode: str = param("lid", "-", "'remove' takes the bubble out, 'lid' returns it as liquid",
                       choices=("lid", "remove"))
-    free_fraction: float = param(0.2, "-", "a bubble of N particles leaves once this times N^(1 - 1/dim) of them are "
+    free_fraction: float = param(0.2, "-", "a bubble of N particles leaves when this times N^(1 - 1/dim) of them are "
                                  "free", above=0.0, high=1.0)
-    free_steps: int = param(2, "-", "steps in a row for which a particle must be free", low=1)
+    free_steps: int = param(2, "-", "number of consecutive steps for which a particle must be free", low=1)
     T_feed: float = param(None, "K", "temperature of returned liquid; saturation if not given", above=0.0,
                           may_change=True, temperature=True)
-    cone_cosine: float = param(0.5, "-", "opening of the upward cone", above=0.0, high=0.99)
-    min_cover_height: float = param(0.3, "-", "what lies lower above a particle does not cover it, in spacings",
+    cone_cosine: float = param(0.5, "-", "cosine of half the opening angle of the upward cone", above=0.0, high=0.99)
+    min_cover_height: float = param(0.3, "-", "particles less than this above a particle do not cover it, in spacings",
                                     low=0.0)
 
     @property
@@ -45,9 +45,9 @@ class Venting(Effect):
 
     def properties(self, scene):
         return (
-            Property("film", "-", "1 where liquid has nothing above it", "int"),
-            Property("covered", "-", "1 where vapour has something other than film above it", "int"),
-            Property("free", "-", "steps in a row that a vapour particle has been free", "int", True),
+            Property("film", "-", "1 if liquid has nothing above it", "int"),
+            Property("covered", "-", "1 if vapour has something other than film above it", "int"),
+            Property("free", "-", "number of consecutive steps in which a vapour particle was free", "int", True),
         )
 
     def constants(self, scene):
@@ -78,13 +78,13 @@ class Venting(Effect):
 
 
 class VentingTool(Tool):
-    """Vents whole bubbles after the step, and books their mass and enthalpy.
+    """Vents whole bubbles after the step, and records their mass and enthalpy.
 
-    A bubble leaves once enough of its particles have been free for ``free_steps`` steps. What is free is the top of it,
-    so ``free_fraction`` is in units of N^(1 - 1/dim), not of N: a bubble of 160 had 6 free ones when it had left the
-    water. Mode ``"lid"`` returns its particles, where they are and at rest, as liquid at ``T_feed``; the difference of
-    enthalpy has left through the lid. Mode ``"remove"`` takes them out; what they had summed up (heater energy, counts)
-    is carried on as a constant.
+    A bubble leaves when enough of its particles have been free for ``free_steps`` steps. Only its top is free, so
+    ``free_fraction`` is in units of N^(1 - 1/dim) and not of N: a bubble of 160 particles had 6 free ones when it had
+    left the water. The mode ``"lid"`` turns its particles into liquid at ``T_feed``, at rest and in their positions,
+    and the difference of enthalpy leaves through the lid. The mode ``"remove"`` removes them and keeps their cumulative
+    properties (heater energy, counts) in constants.
     """
 
     def __init__(self, effect, scheme):
