@@ -84,7 +84,7 @@ def render(arguments):
 def run(arguments):
     """Run one scene; all further arguments are options of the scene."""
     if not arguments or arguments[0].startswith("-"):
-        raise ValueError(f"which scene? One of: {', '.join(scenes())}")
+        raise ValueError(f"name a scene, one of: {', '.join(scenes())}")
     name, rest = arguments[0], arguments[1:]
     from pysph_boiling.runs.application import SceneApplication
     from pysph_boiling.schemes.cache import checked

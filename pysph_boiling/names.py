@@ -8,7 +8,7 @@ __all__ = ["RENAMED", "Refused", "SchemeError", "as_typed", "check_renamed", "cu
            "former_names", "nearest", "option", "unknown", "whole_number"]
 
 # Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
-# scenes ("scene.name"). Whoever gives an old name is told the new one; records of old runs are read with the new ones.
+# scenes ("scene.name"). Errors for an old name give the new one; records of old runs are read with the new names.
 RENAMED = {
     "burst": "dynamic_nucleation",
     "nucleation": "preset_nucleation",
@@ -39,14 +39,14 @@ def option(name):
 
 
 def current_name(name):
-    """The name that a slot, or a parameter such as ``"density.acceleration"``, has now; its own if it never changed."""
+    """The present name of a slot, or of a parameter such as ``"density.acceleration"``."""
     slot, dot, parameter = name.partition(".")
     name = f"{RENAMED.get(slot, slot)}{dot}{parameter}"
     return RENAMED.get(name, name)
 
 
 def current_quantity(name):
-    """The name that a property, a constant or a column of results, in the files of an older run, has now."""
+    """The present name of a property, a constant or a column of results in the files of an older run."""
     head, _, slot = name.rpartition("_")
     if head == "work" or head.endswith("_by"):  # the mechanical ledger has work_tension and au_by_tension
         return f"{head}_{current_name(slot)}"
@@ -54,7 +54,7 @@ def current_quantity(name):
 
 
 def former_names(name):
-    """The names that a slot, or a parameter such as ``"density.chebyshev_radius"``, had in earlier versions."""
+    """Earlier names of a slot, or of a parameter such as ``"density.chebyshev_radius"``."""
     slot, dot, parameter = name.partition(".")
     slots = [slot, *(old for old, new in RENAMED.items() if new == slot)]
     parameters = [parameter, *(old.partition(".")[2] for old, new in RENAMED.items() if dot and new == name)]
@@ -62,9 +62,9 @@ def former_names(name):
 
 
 def check_renamed(slot, given, known):
-    """Raise ``ValueError`` for the first name among ``given`` that a parameter of ``slot`` had in an earlier version.
+    """Raise ``ValueError`` for the first name in ``given`` that is an earlier name of a parameter of ``slot``.
 
-    ``known`` are the names of its parameters now.
+    ``known`` are the present names of its parameters.
     """
     for name in given:
         new = current_name(f"{slot}.{name}")
@@ -73,7 +73,7 @@ def check_renamed(slot, given, known):
 
 
 class Refused(argparse.Action):
-    """An option that is not in ``--help``, and that ends the run with a ``reason``, whatever follows it."""
+    """An option that ``--help`` does not list, and that raises ``ValueError`` with a ``reason``."""
 
     def __init__(self, option_strings, dest, *, reason, **keywords):
         super().__init__(option_strings, dest, nargs="?", help=argparse.SUPPRESS, **keywords)

@@ -1,13 +1,13 @@
-"""The command ``pysph-boiling validate``: the model against formulas, experiments, and its own stored statistics.
+"""The command ``pysph-boiling validate``, which compares the model with formulas, experiments and stored statistics.
 
-A case is a folder of ``tests/validation``. Its ``README.md`` gives formula and source, and a table of its rows: what is
-compared with what, the bounds and their reason. Its ``case.py`` has three functions:
+A case is a folder of ``tests/validation``. Its ``README.md`` gives formula and source, and a table with one row for
+each comparison, with bounds and their reason. Its ``case.py`` has three functions:
 
-    run(quick)                  simulates; returns what the others need
-    rows(outcomes)              yields (name of a row, number, text that shows it)
-    draw(outcomes, path)        one picture, drawn by the functions that the figures of the paper use
+    run(quick)                  simulates; returns the input of the others
+    rows(outcomes)              yields (name of a row, number, text for it)
+    draw(outcomes, path)        draws one picture, with the functions for the figures of the paper
 
-The bounds are read from the README before anything runs, so no run can move them.
+The bounds are read from the README before anything runs, so a run cannot change them.
 """
 import argparse
 import importlib.util
@@ -35,17 +35,17 @@ __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "rea
 FOLDER = Path(__file__).parents[2] / "tests" / "validation"
 KINDS = {
     "validation": ("Validation", "against a formula, an experiment or a paper"),
-    "verification": ("Verification", "against a conservation law, or against the same with another numerical setting"),
-    "regression": ("Regression", "against statistics of our own earlier runs"),
+    "verification": ("Verification", "against a conservation law, or against a run with another numerical setting"),
+    "regression": ("Regression", "against statistics of earlier runs of this model"),
 }
 COLUMNS = ("row", "kind", "what", "reference", "from", "to", "why these bounds", "if it fails")
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """One row of a case's table: what is compared with what, within which bounds, and why.
+    """One row of a case's table: what is compared with what, the bounds, and their reason.
 
-    ``low`` and ``high`` may be ``None``; ``excuse`` says why the row is known to fail, and is empty where it holds.
+    ``low`` and ``high`` may be ``None``; ``excuse`` is the reason of a known failure, and empty otherwise.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Bounds:
             raise ValueError(f"row '{self.name}' gives no reason for its bounds")
 
     def holds(self, value):
-        """Whether a number lies within the bounds; a NaN does not."""
+        """Whether a number is within the bounds, which NaN is not."""
         return bool((self.low is None or value >= self.low) and (self.high is None or value <= self.high)
                     and value == value)
 
@@ -80,7 +80,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Row:
-    """What a run found for one row of a case."""
+    """The result of a run for one row of a case."""
 
     case: str
     bounds: Bounds
@@ -97,10 +97,10 @@ class Row:
 
 
 def read_bounds(readme):
-    """The rows of a case from the one table of its README, name -> :class:`Bounds`.
+    """The rows of a case from the table in its README, name -> :class:`Bounds`.
 
-    Errors: ``ValueError`` for another heading than :data:`COLUMNS`, a row given twice, or one without kind, bounds or
-    reason.
+    Errors: ``ValueError`` for a heading other than :data:`COLUMNS`, for a row given twice, and for a row without kind,
+    bounds or reason.
     """
     lines = [line.strip() for line in Path(readme).read_text(encoding="utf-8").splitlines()]
     table = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines if line.startswith("|")]
@@ -117,7 +117,7 @@ def read_bounds(readme):
 
 
 def cases():
-    """Name -> folder of every case. Raises ``ValueError`` outside a checkout."""
+    """Name -> folder of every case. Raises ``ValueError`` in an installed package, which has no cases."""
     found = {path.parent.name: path.parent for path in sorted(FOLDER.glob("*/case.py"))}
     if not found:
         raise ValueError("validate needs a checkout of the repository, which has its cases in tests/validation; this "
@@ -134,10 +134,10 @@ def load(folder):
 
 
 def measure(folder, quick, drawn=None):
-    """Run a case; returns its list of :class:`Row`, in the order of its README. Its picture goes to ``drawn``.
+    """Run a case; returns its list of :class:`Row` in the order of its README, and writes its picture to ``drawn``.
 
-    The quick form may leave rows out, the full one may not. Errors: ``ValueError`` for a row that the README does not
-    have, or that is missing.
+    The quick form may leave out rows, but the full form may not. Errors: ``ValueError`` for a row that is not in the
+    README, or that is missing.
     """
     bounds, case = read_bounds(folder / "README.md"), load(folder)
     outcomes = case.run(quick)
@@ -155,7 +155,7 @@ def measure(folder, quick, drawn=None):
 
 
 def timed(folder, quick, drawn):
-    """What :func:`measure` returns, and the processor time that it took [s]."""
+    """The result of :func:`measure`, and its processor time [s]."""
     begin = process_time()
     return measure(folder, quick, drawn), process_time() - begin
 
@@ -164,19 +164,19 @@ def timed(folder, quick, drawn):
 
 
 def verdict(row):
-    """In one cell: whether the row holds; why not, where that is known."""
+    """Text for a cell that says whether the row holds, and if not, the reason if it is known."""
     if row.holds:
         return "holds"
     return f"**fails**: {row.bounds.excuse}" if row.bounds.excuse else "**fails**"
 
 
 def title(folder):
-    """Heading of a case's README."""
+    """The heading of a case's README."""
     return (folder / "README.md").read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
 
 
 def page(records, path, *, quick=False):
-    """The blocks of the page ``path``: a table for each kind, what tests cover, a picture of each case.
+    """The blocks of the page ``path``: a table for each kind, the coverage by tests, and a picture of each case.
 
     ``records`` maps a case to its record: ``rows`` (list of :class:`Row`), ``origin`` and ``seconds`` [s].
     """
@@ -185,7 +185,7 @@ def page(records, path, *, quick=False):
     yield "# What was validated, and how well"
     yield "<!-- Written by `pysph-boiling validate`. Change the cases in tests/validation, not this file. -->"
     yield (FOLDER / "intro.md").read_text(encoding="utf-8").strip()
-    yield "This is the quick form: coarse, and with rows left out." if quick else ""
+    yield "This is the quick form, which is coarse and leaves out some rows." if quick else ""
     yield f"{len(rows)} rows, {sum(not row.holds for row in rows)} of which fail and say why."
     for kind, (name, against) in KINDS.items():
         own = [row for row in rows if row.bounds.kind == kind]
@@ -211,12 +211,12 @@ def picture(path, name):
 
 
 def origin():
-    """With what and on what a case was measured."""
+    """Version, precision and processor with which a case was measured."""
     return f"pysph_boiling {__version__}, double precision, OpenMP, {processor() or platform.machine()}"
 
 
 def stored(path):
-    """The records of ``validation.json``, without those of cases that are no more; empty where there is no file."""
+    """The records of ``validation.json``, without removed cases; empty if there is no file."""
     def row(case, bounds, value, found):
         return Row(case, Bounds(**bounds), value, found)
 
@@ -230,8 +230,8 @@ def stored(path):
 def validate(arguments):
     """Run cases, print their table, draw their pictures, and write the page.
 
-    The full form writes ``docs/validation.md``; cases that are not asked for keep what the JSON file beside it has of
-    them. The quick form writes a page of its own.
+    The full form writes ``docs/validation.md``, with earlier results of all other cases from the JSON file beside it.
+    The quick form writes a page of its own.
 
     Errors: ``ValueError`` for an unknown case or outside a checkout, ``ChildProcessError`` where a case could not be
     run, once all others were, ``CheckFailed`` where a row fails that is not known to fail.
@@ -239,16 +239,17 @@ def validate(arguments):
     from rich.console import Console
     from rich.markup import escape
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling validate", description="The model against formulas, "
-                                     "experiments, and its own stored statistics.")
-    parser.add_argument("case", nargs="*", metavar="CASE", help="which ones; all if none is named")
+    parser = argparse.ArgumentParser(prog="pysph-boiling validate", description="Compare the model with "
+                                     "formulas, experiments and statistics of earlier runs.")
+    parser.add_argument("case", nargs="*", metavar="CASE", help="cases to run; default all")
     add_report_options(
-        parser, quick="coarse, three minutes instead of half an hour", json="write the rows there",
-        report="the page, beside which pictures go; default docs/validation.md, in the quick form "
-               "validate/validation.md")
+        parser, quick="use coarse runs, which take three minutes instead of half an hour",
+        json="write the rows to this file", report="write the page to this file, and pictures beside it; default "
+                                                   "docs/validation.md, or validate/validation.md with --quick")
     add_renamed(parser, "--directory", "--report FILE.md")
-    parser.add_argument("--jobs", type=int, default=1, help="cases side by side, each on its own threads; default 1")
-    parser.add_argument("--list", action="store_true", help="print the cases and stop")
+    parser.add_argument("--jobs", type=int, default=1, help="number of cases at the same time, each with its own "
+                        "threads; default 1")
+    parser.add_argument("--list", action="store_true", help="list the cases without running them")
     options = parser.parse_args(arguments)
     known, console = cases(), Console()
     for name in options.case:

@@ -1,8 +1,8 @@
-"""Jobs in processes of their own, for every command that starts some: several at a time, with limits.
+"""Jobs in child processes, several at a time and with limits, for all commands that start any.
 
-A job is a command line or a call of a Python function. :func:`run_jobs` starts them, waits for them, and returns an
-:class:`Outcome` of each, which says in one way what went wrong: an exit status, a signal, an exception, the limit of
-time or that of memory. Whatever ends :func:`run_jobs` early, Ctrl-C too, ends the processes that still run.
+A job is a command line or a call of a Python function. :func:`run_jobs` starts jobs, waits for them, and returns an
+:class:`Outcome` for each, which describes every failure in the same way: an exit status, a signal, an exception, or a
+limit of time or memory. If :func:`run_jobs` ends early, also by Ctrl-C, it ends the processes that still run.
 
     print(results(run_jobs([Job(name="a", call=(measure, 3)), Job(name="b", call=(measure, 4))], at_once=2)))
 """
@@ -22,36 +22,36 @@ from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["Job", "Outcome", "check_count", "results", "run_job", "run_jobs"]
 
-INTERVAL = 0.05  # [s] between two looks at the processes
-PATIENCE = 60.0  # [s] that a process has to end when it is asked to, before it is killed
-TAIL = 2000  # characters of a log that are read
+INTERVAL = 0.05  # [s] between two checks of the processes
+PATIENCE = 60.0  # [s] between asking a process to end and killing it
+TAIL = 2000  # number of characters that are read from the end of a log
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """What one process does. Give either ``command`` or ``call``.
+    """The work of one process, either a ``command`` or a ``call``.
 
     Parameters
     ----------
     name : str
-        How messages call the job.
+        Name of the job in messages.
     command : sequence of str
-        A command line, program first.
+        A command line, beginning with the program.
     call : tuple
-        A function and its arguments. The process is a fresh one, since OpenMP waits for ever in a fork of a process
-        that has used threads; function, arguments and result are pickled.
+        A function and its arguments. The process is spawned, because OpenMP hangs in a fork of a process that has used
+        threads; function, arguments and result are pickled.
     alone : bool
-        No other job runs beside this one.
+        Whether no other job may run at the same time.
     environment : dict or None
         All environment variables of the process; those of this process if ``None``.
     directory : path or None
         Working directory of a command; that of this process if ``None``.
     log : path or None
-        File to which the process appends its output and its errors; both go where those of this process go if ``None``.
+        File to which the process appends its output and errors; if ``None``, both go to those of this process.
     prepare : callable or None
-        Called, without arguments, right before the process starts.
+        Called without arguments just before the process starts.
     time_limit, memory_limit : float or None
-        Wall time [s] and address space [bytes] that the process may take. Memory is limited on POSIX systems only.
+        Largest wall time [s] and address space [bytes] of the process. Memory is only limited on POSIX systems.
 
     Errors: ``ValueError`` unless exactly one of ``command`` and ``call`` is given.
     """
@@ -74,11 +74,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended.
+    """The outcome of a job.
 
-    ``status`` is the exit status of the process, negative where a signal ended it, and ``seconds`` the wall time that
-    it took. ``failure`` says what went wrong, and is empty where nothing did. ``value`` is what the function of a call
-    returned.
+    ``status`` is the exit status of the process, negative if a signal ended it, and ``seconds`` its wall time.
+    ``failure`` describes what went wrong and is empty otherwise. ``value`` is the result of the function of a call.
     """
 
     job: Job
@@ -88,14 +87,14 @@ class Outcome:
     value: object = None
 
     def result(self):
-        """The value. Raises ``ChildProcessError`` with name, failure and the end of the log of a job that failed."""
+        """The value. Raises ``ChildProcessError`` with name, failure and end of the log if the job has failed."""
         if self.failure:
             raise ChildProcessError("\n".join(filter(None, (f"{self.job.name}: {self.failure}", self.output))))
         return self.value
 
     @property
     def output(self):
-        """The end of the job's log; empty where there is none."""
+        """The end of the job's log; empty if there is no log."""
         path = Path(self.job.log or os.devnull)
         return path.read_text(encoding="utf-8", errors="replace")[-TAIL:] if path.is_file() else ""
 
@@ -114,16 +113,16 @@ def run_job(job):
 
 
 def run_jobs(jobs, at_once=1, *, hold=lambda running: False, started=lambda job: None, ended=lambda outcome: None):
-    """Run jobs; returns their :class:`Outcome` in the order in which they were given. A failure stops no other job.
+    """Run jobs; returns the :class:`Outcome` of each, in the order of the jobs. A failure does not stop other jobs.
 
     Parameters
     ----------
     jobs : iterable of Job
         They start in this order.
     at_once : int
-        How many run side by side.
+        Number of jobs that run at the same time.
     hold : callable
-        Called with the list of the jobs that run. While it returns true, no other job starts.
+        Called with the list of running jobs. While it returns true, no other job starts.
     started, ended : callable
         Called with a job when its process has started, and with an outcome when the process has ended.
     """
@@ -151,12 +150,12 @@ def run_jobs(jobs, at_once=1, *, hold=lambda running: False, started=lambda job:
 
 
 def has_room(job, running, at_once):
-    """Whether the job may start beside the children that run."""
+    """Whether the job may start while the given children run."""
     return len(running) < (1 if job.alone else at_once) and not any(child.job.alone for child in running)
 
 
 def check_count(jobs):
-    """Raise ``ValueError`` unless the option ``--jobs`` is a number from 1 to that of the cores."""
+    """Raise ``ValueError`` unless the option ``--jobs`` is between 1 and the number of cores."""
     cores = os.cpu_count() or 1
     if not 1 <= jobs <= cores:
         raise ValueError(f"--jobs must be 1 to {cores}, got {jobs}")
@@ -190,7 +189,7 @@ class Child:
         return self.process.exitcode if self.job.call else self.process.poll()
 
     def join(self, seconds):
-        """Wait so long for the process to end."""
+        """Wait up to so many ``seconds`` for the process to end."""
         if self.job.call:
             self.process.join(seconds)
             return
@@ -200,7 +199,7 @@ class Child:
             pass
 
     def has_ended(self):
-        """Whether the process is over; one that has used up its time is ended."""
+        """Whether the process has ended; a process that exceeds its time limit is stopped."""
         if self.pipe and self.pipe.poll():
             try:
                 self.answer = self.pipe.recv()
@@ -237,7 +236,7 @@ def describe_status(status):
 
 @contextmanager
 def variables_of(job):
-    """This process has the environment of a job, which a process that it starts takes over."""
+    """Inside this block this process has the environment of a job, which a child process inherits."""
     before = dict(os.environ)
     try:
         if job.environment is not None:
@@ -253,7 +252,7 @@ def variables_of(job):
 
 
 def answer(call, memory, log, pipe):
-    """Call the function, and send the pair of its value and of what went wrong."""
+    """Call the function, and send its value and a description of what went wrong."""
     end_on_interrupt()
     limit_memory(memory)
     if log:
@@ -266,7 +265,7 @@ def answer(call, memory, log, pipe):
     except MemoryError as error:
         limit = f" (it may use {memory / 2**30:g} GiB)" if memory else ""
         found = None, f"the process ran out of memory{limit}: {error}".removesuffix(": ")
-    except Exception as error:  # whatever it is, the outcome says it
+    except Exception as error:  # the outcome describes any error
         found = None, f"{type(error).__name__}: {error}"
         if not isinstance(error, (ValueError, OSError, ArithmeticError)):  # a fault of ours
             traceback.print_exc()
@@ -274,7 +273,7 @@ def answer(call, memory, log, pipe):
 
 
 def limit_memory(size):
-    """Limit the address space of this process [bytes], where the system can."""
+    """Limit the address space of this process [bytes], if the system supports that."""
     try:
         import resource
 

@@ -1,7 +1,7 @@
 """``effects="auto"``: chooses the effects that a scene needs from its arrays and temperatures, and gives the reasons.
 
-Each effect carries its rule (``Effect.auto_rule``). Slots are asked in an order in which a rule may read what was
-chosen before it.
+Each effect has its rule (``Effect.auto_rule``). Slots are processed in an order in which a rule can use the effects
+that were chosen before.
 """
 import math
 from dataclasses import dataclass

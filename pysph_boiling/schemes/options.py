@@ -9,7 +9,7 @@ __all__ = ["add_former_options", "add_options", "apply_options", "option_table"]
 
 
 def add_former_options(group, name, prefix=""):
-    """Add to an argparse group the options that a slot or a parameter had in earlier versions, which name the new one.
+    """Add the earlier options of a slot or a parameter to an argparse group; they raise an error with the new name.
 
     ``prefix`` is "no_" for the switches that leave a slot out.
     """
@@ -94,6 +94,6 @@ def apply_options(options, effects, slots):
             cls = next((cls for cls in EFFECTS[slot]
                         if given.keys() <= {spec.name for spec in dataclasses.fields(cls)}), None)
             if cls is None:
-                raise ValueError(f"no form of '{slot}' takes all of {', '.join(sorted(given))}")
+                raise ValueError(f"no form of '{slot}' has all of these parameters: {', '.join(sorted(given))}")
             result[slot] = cls(**given)
     return result

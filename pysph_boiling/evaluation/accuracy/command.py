@@ -1,4 +1,4 @@
-"""The command ``pysph-boiling accuracy``: what accuracy costs in time, measured on this machine."""
+"""The command ``pysph-boiling accuracy``, which measures what accuracy costs in computing time on this machine."""
 import argparse
 import os
 import statistics
@@ -21,13 +21,13 @@ from pysph_boiling.schemes.quality import QUALITIES
 __all__ = ["accuracy"]
 
 REPEATS = 3
-BUDGET = {True: 120.0, False: 6000.0}  # [s] after which points are not repeated any more; quick 3 minutes, full 2 hours
+BUDGET = {True: 120.0, False: 6000.0}  # [s] after which points are not repeated; 3 minutes (quick) or 2 hours in all
 BOUNDS = (0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # errors for which the cheapest settings are listed
-OTHERS = 0.5  # load beyond our own threads from which timings are called disturbed
+OTHERS = 0.5  # load by other programs above which timings are called disturbed
 
 
 def run(chosen, points, repeats, budget, report):
-    """Run every point, then again in the same order, so that repeats are spread over the time; returns seconds."""
+    """Run all points, and repeat them in the same order, so that repeats are spread over time; returns seconds."""
     begin = time.perf_counter()
     for done in range(repeats):
         for study in chosen:
@@ -45,7 +45,7 @@ def run(chosen, points, repeats, budget, report):
 
 
 def make(findings, points, folder):
-    """Draw, write the data, and return the :class:`Section` of a study."""
+    """Draw the pictures of a study and write its data; returns its :class:`Section`."""
     from pysph_boiling.runs.application import origin
 
     study, rows = findings.study, findings.rows
@@ -68,8 +68,8 @@ def make(findings, points, folder):
     columns = ("", "settings", "preset", "error", *(name.replace("_", " ") for name in names), "sweeps a step",
                "cost [s/s]", "spread", "runs")
     tables = [Table(columns, [cells(number, rows[k]) for number, k in enumerate(findings.front, 1)],
-                    "The front. Cost is wall seconds per simulated second, median of the runs; spread is half their "
-                    "range over it. What settings do not name is a default.")]
+                    "The front. The cost is the median of the wall seconds per simulated second, and the spread is "
+                    "half of their range relative to it. Settings that are not named have their defaults.")]
     presets = findings.presets()
     if presets:
         unit = next((row.cost for name, row in presets.items() if "standard" in name), float("nan"))
@@ -82,7 +82,7 @@ def make(findings, points, folder):
     best = {cheapest([row.cost for row in rows], [row.error for row in rows], bound): bound for bound in BOUNDS}
     tables.append(Table(("error at most", "cheapest settings", "error", "cost [s/s]"),
                         [[percent(bound), rows[k].settings, percent(rows[k].error), f"{rows[k].cost:.3g}"]
-                         for k, bound in best.items() if k is not None], "What an error costs."))
+                         for k, bound in best.items() if k is not None], "The cost of an error."))
     if findings.orders:
         tables.append(Table(("trend", "order", "standard error", "points"),
                             [[name, f"{one.order:.2f}", f"{one.spread:.2f}" if one.spread >= 0.0 else "none",
@@ -94,43 +94,44 @@ def make(findings, points, folder):
     changing = [row.settings for row in rows if not row.record.get("same", True)]
     text = f"Reference: {study.problem.reference}. {len(rows)} points."
     if changing:
-        text += f" Repeats came to different errors at: {'; '.join(changing)}."
+        text += f" Repeated runs had different errors for: {'; '.join(changing)}."
     return Section(study.key, study.title, pictures=pictures, tables=tables,
                    statements=findings.statements, data=[write_points(findings, folder / "points.csv")], text=text,
                    origins=[origin()])
 
 
 def loads(every, threads):
-    """Sentence on the load of the machine while the points were measured, and whether it was high."""
+    """A sentence on the load of the machine during the measurements, and whether it was high."""
     found = [load for findings in every for row in findings.rows for load in row.record["load"] if load is not None]
     if not found:
         return "", False
     median, most = statistics.median(found), max(found)
     high = median > threads + OTHERS
-    return (f"The load average before a run was {median:.1f} (median, at the most {most:.1f}) on {os.cpu_count()} "
-            f"cores, with {threads} {'thread' if threads == 1 else 'threads'} of our own."
-            + (" That is high: other work ran beside, and the times are not to be trusted." if high else "")), high
+    return (f"The load average before a run had a median of {median:.1f} and a maximum of {most:.1f} on "
+            f"{os.cpu_count()} cores; a run used {threads} {'thread' if threads == 1 else 'threads'}."
+            + (" This load is high: other programs were running, so the times are not reliable." if high else "")), high
 
 
 def accuracy(arguments):
-    """Measure, draw, and write page, summary and data. Returns the page's path.
+    """Measure, draw, and write page, summary and data; returns the path of the page.
 
-    Errors: ``ValueError`` for an unknown study; ``CheckFailed`` where a stated claim does not hold.
+    Errors: ``ValueError`` for an unknown study; ``CheckFailed`` if a claim does not hold.
     """
     from rich.console import Console
 
     parser = argparse.ArgumentParser(prog="pysph-boiling accuracy", description=(
-        "What accuracy costs in time: error against time for every setting that matters."))
-    parser.add_argument("study", nargs="*", metavar="STUDY", help=f"which ones, all if none is named: "
+        "Measure the error and the computing time for every setting that matters."))
+    parser.add_argument("study", nargs="*", metavar="STUDY", help=f"studies to run, default all of: "
                         f"{', '.join(STUDIES)}")
-    add_report_options(parser, quick="small scenes, three minutes at most",
-                       report="write the studies into this report; default summary.md in the output folder",
-                       json="write points, orders and claims there")
-    parser.add_argument("--directory", default=None, help="output folder; default accuracy, accuracy_quick")
-    parser.add_argument("--threads", type=int, default=1, help="threads of a run; default 1")
-    parser.add_argument("--repeats", type=int, default=REPEATS, help=f"runs of a point; default {REPEATS}, fewer where "
-                        "time runs out")
-    parser.add_argument("--list", action="store_true", help="print the points and stop")
+    add_report_options(parser, quick="use small scenes, which take three minutes at most",
+                       report="write the studies to this report; default summary.md in the output folder",
+                       json="write points, orders and claims to this file")
+    parser.add_argument("--directory", default=None, help="output folder; default accuracy, or accuracy_quick with "
+                        "--quick")
+    parser.add_argument("--threads", type=int, default=1, help="number of threads of a run; default 1")
+    parser.add_argument("--repeats", type=int, default=REPEATS, help=f"number of runs of each point; default {REPEATS}"
+                        ", or fewer if they take too long")
+    parser.add_argument("--list", action="store_true", help="list the points without running them")
     options = parser.parse_args(arguments)
     refuse_quick(parser, options)
     for name, most in (("threads", os.cpu_count() or 1), ("repeats", 100)):
@@ -153,10 +154,10 @@ def accuracy(arguments):
     sections = [make(findings, points, root / findings.study.key) for findings in every]
     note, _ = loads(every, options.threads)
     wording = Wording(
-        title="What accuracy costs in time",
-        intro="Problems with known answers, with each numerical setting varied, alone and together where they trade: "
-              "error against wall time. Compiling is not counted. {form}" + note,
-        quick="This is the quick form: small scenes that show that everything works. ", counted="claims",
+        title="What accuracy costs in computing time",
+        intro="Error and wall time of problems with known answers, for each numerical setting alone, and for several "
+              "settings together if one can compensate for another. Compiling is not included. {form}" + note,
+        quick="This is the quick form with small scenes, which only shows that everything works. ", counted="claims",
         sides=("stated", "measured"), command="accuracy")
     page = write_page(sections, root, quick=options.quick, wording=wording)
     write_report(sections, root, options.report or root / "summary.md", STUDIES, quick=options.quick, wording=wording)

@@ -1,4 +1,4 @@
-"""One run of a problem in a process of its own, and the file of all that were made."""
+"""Runs a problem in a child process, and stores the results of all runs in a file."""
 import hashlib
 import json
 import math
@@ -25,7 +25,7 @@ def digest():
 
 
 def perform(problem, threads):
-    """Run a problem; returns what its point keeps. This is what a process of its own does."""
+    """Run a problem in this process; returns the record of its point."""
     from pysph.base.nnps_base import set_number_of_threads
 
     set_number_of_threads(threads)
@@ -35,17 +35,18 @@ def perform(problem, threads):
 
 
 def measure(problem, threads=1):
-    """Outcome of a run as a dictionary, with the load of the machine before it; ``failed`` says why there is none."""
+    """The outcome of a run as a dict, with the load of the machine before it; ``failed`` gives the reason of a failure.
+    """
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
     outcome = run_job(Job(name=problem.title, call=(perform, problem, threads)))
     return {**(dict(failed=outcome.failure) if outcome.failure else outcome.value), "load": load}
 
 
 class Points:
-    """The points measured so far, kept in a JSON file: one record a problem, threads and state of the sources.
+    """The points measured so far, in a JSON file with one record for each problem, number of threads and source state.
 
-    A record holds the outcome and the lists ``seconds`` and ``load``, an entry a repeat; ``same`` is false if a repeat
-    came to other errors than the first.
+    A record has the outcome and the lists ``seconds`` and ``load`` with one entry per repeat; ``same`` is false if a
+    repeat had different errors than the first run.
     """
 
     def __init__(self, file, threads=1):
@@ -58,7 +59,7 @@ class Points:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def get(self, problem):
-        """The record of a problem, ``None`` if it was not run yet."""
+        """The record of a problem, or ``None`` if it was not run yet."""
         return self.records.get(self.key(problem))
 
     def repeats(self, problem):

@@ -31,24 +31,25 @@ def make(figure, finished, root, quick):
 
 
 def reproduce(arguments):
-    """Run what the asked figures need, draw them, and write the page. Returns the page's path.
+    """Run the simulations of the chosen figures, draw them, and write the page; returns its path.
 
-    Errors: ``ValueError`` for an unknown figure, with the known ones; ``ChildProcessError`` where a run failed.
+    Errors: ``ValueError`` with the known names for an unknown figure; ``ChildProcessError`` if a run fails.
     """
     from rich.console import Console
 
     known = figures()
     parser = argparse.ArgumentParser(prog="pysph-boiling reproduce", description=(
-        "Run and draw figures and tables of the paper, and hold each against what the paper states."))
+        "Reproduce figures and tables of the paper, and compare each with the statements of the paper."))
     parser.add_argument("figure", nargs="*", metavar="FIGURE",
-                        help=f"which ones, all if none is named: {', '.join(known)}")
-    add_report_options(parser, quick="small scenes, minutes instead of hours",
-                       report="write the asked figures into this report too",
-                       json="write the statements and verdicts there")
-    parser.add_argument("--directory", default=None, help="output folder; default reproduce, reproduce_quick")
+                        help=f"figures and tables, default all of: {', '.join(known)}")
+    add_report_options(parser, quick="use small scenes, which take minutes instead of hours",
+                       report="also write the chosen figures to this report",
+                       json="write the statements and verdicts to this file")
+    parser.add_argument("--directory", default=None, help="output folder; default reproduce, or reproduce_quick with "
+                        "--quick")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1,
-                        help="runs side by side; default one per core")
-    parser.add_argument("--list", action="store_true", help="print the runs and stop")
+                        help="number of runs at the same time; default one per core")
+    parser.add_argument("--list", action="store_true", help="list the runs without starting them")
     options = parser.parse_args(arguments)
     refuse_quick(parser, options)
     for key in options.figure:

@@ -93,13 +93,13 @@ def finished(run, folder):
 
 
 def interrupted_at(run, folder):
-    """The last whole output of this very run, which was interrupted; ``None`` if it has to start anew."""
+    """The last complete output of exactly this run, which was interrupted; ``None`` if it must start again."""
     marker = Path(folder) / "asked.txt"
     return last_output(folder) if marker.exists() and marker.read_text() == wanted(run) else None
 
 
 def job(run, folder, threads):
-    """The run as a :class:`~pysph_boiling.runs.jobs.Job`: from its last output if it was interrupted."""
+    """The run as a :class:`~pysph_boiling.runs.jobs.Job`, which resumes from its last output if it was interrupted."""
     last = interrupted_at(run, folder)
     resume = ["--restart-file", last] if last else []
     return Job(name=run.name, alone=run.alone, environment=variables(threads), log=folder / "console.txt",
@@ -109,7 +109,7 @@ def job(run, folder, threads):
 
 
 def prepare(run, folder):
-    """Make the folder of a run that starts now ready for it."""
+    """Prepare the folder of a run that is about to start."""
     folder.mkdir(parents=True, exist_ok=True)
     last = interrupted_at(run, folder)
     if last:
@@ -122,10 +122,10 @@ def prepare(run, folder):
 
 
 def perform(runs, root, *, jobs=None, report=print):
-    """Do the runs that are not done yet, ``jobs`` at a time with the cores shared out; returns name -> :class:`Result`.
+    """Make the runs that are missing, ``jobs`` at a time, which share the cores; returns name -> :class:`Result`.
 
-    Each run has a folder below ``root``. Errors: ``ChildProcessError`` naming the runs that failed, once all others are
-    done; an interrupt stops the running ones, which the next call continues.
+    Each run has a folder below ``root``. An interrupt stops running ones, which the next call continues. Errors:
+    ``ChildProcessError`` that names the runs that failed, after all others are done.
     """
     root, cores = Path(root), os.cpu_count() or 1
     jobs = jobs or cores
@@ -135,7 +135,7 @@ def perform(runs, root, *, jobs=None, report=print):
             raise ValueError(f"two different runs are called '{run.name}': {run.command} and "
                              f"{unique[run.name].command}")
     waiting = [run for run in unique.values() if not finished(run, root / run.name)]
-    waiting.sort(key=lambda run: run.alone)  # what is timed comes last, with the machine to itself
+    waiting.sort(key=lambda run: run.alone)  # timed runs come last, and have the machine to themselves
     begun, failed, compiled = [], [], set()
 
     def started(job):
@@ -144,7 +144,7 @@ def perform(runs, root, *, jobs=None, report=print):
         report(f"[{len(begun)}/{len(waiting)}] {run.name}: {run.command}")
 
     def compiling(running):
-        """Whether the first run of some kind is not under way yet: two must not compile the same modules."""
+        """Whether the first run of some kind has not taken a step yet, since two must not compile the same modules."""
         compiled.update(build(unique[job.name]) for job in running if any((root / job.name).glob("*_[0-9]*.hdf5")))
         return any(build(unique[job.name]) not in compiled for job in running)
 

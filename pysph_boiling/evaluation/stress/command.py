@@ -1,4 +1,4 @@
-"""The command ``pysph-boiling stress``: run hard cases, judge them, print one table."""
+"""The command ``pysph-boiling stress``, which runs difficult cases, judges them and prints a table."""
 import argparse
 import fnmatch
 from dataclasses import asdict, dataclass
@@ -19,13 +19,13 @@ from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["Result", "measure", "page", "stress"]
 
-WIDTH = 220  # of the table [characters]: a narrower terminal wraps its lines
-MEMORY = 8 * 2**30  # address space of a case [bytes]: an explosion must not take the machine with it
+WIDTH = 220  # width of the table [characters]; a narrower terminal wraps its lines
+MEMORY = 8 * 2**30  # largest address space of a case [bytes], so that an unstable case does not use up the memory
 
 
 @dataclass
 class Result:
-    """One row of the table; ``None`` where there is nothing to tell."""
+    """One row of the table; ``None`` for values that a case does not have."""
 
     case: str
     hard: str
@@ -45,7 +45,7 @@ class Result:
     broken: tuple = ()  # rules
     reasons: tuple = ()
     events: dict = None
-    warned: tuple = ()  # what the scheme warned of
+    warned: tuple = ()  # warnings of the scheme
     seconds: float = 0.0
 
 
@@ -75,13 +75,14 @@ def measure(case, run, bounds):
 
 
 def perform(name, steps, bounds):
-    """The row of one case, run here. This is what a process of its own does."""
+    """Run one case in this process; returns its row."""
     case = all_cases()[name]
     return measure(case, simulate(case, steps), bounds)
 
 
 def run_all(asked, bounds, jobs, report):
-    """Rows of cases [(case, steps)], ``jobs`` at a time, each in a process of its own: one that dies is a row too."""
+    """The rows of cases [(case, steps)], which run in child processes, ``jobs`` at a time; one that dies has a row too.
+    """
     cases = {case.name: case for case, _ in asked}
 
     def row_of(outcome):
@@ -112,7 +113,7 @@ COLUMNS = {
 
 
 ABOUT = """
-This page shows how the model behaves in hard cases, and by which bounds each case is judged. It is written by
+This page shows how the model behaves in difficult cases, and the bounds by which each case is judged. It is written by
 `pysph-boiling stress{options}`. A case passes if no bound below is exceeded at any step and its end state is sensible.
 A case that fails stays in the table, with the reason.
 
@@ -126,7 +127,7 @@ a sweep, projections into the container, steps that ended with a mean density er
 
 
 def page(rows, bounds, options=""):
-    """The blocks of the page that ``--report`` writes: the rows, and the bounds that they were judged by."""
+    """The blocks of the page that ``--report`` writes: the rows, and the bounds by which they were judged."""
     rules = [(rule, f"{entry['bound']:g}", entry["unit"], entry["reason"]) for rule, entry in bounds["rules"].items()]
     rules += [(f"{entry['rule']} of {', '.join(entry['cases'])}",
                "not judged" if entry["bound"] is None else f"{entry['bound']:g}",
@@ -143,27 +144,27 @@ def shown(rows):
 
 
 def counts(rows):
-    """How many cases passed, as a sentence."""
+    """A sentence on how many cases passed."""
     verdicts = [row.verdict for row in rows]
-    return (f"{len(rows)} cases: {verdicts.count('passes')} pass, {verdicts.count('refused')} are refused as they must "
-            f"be, {verdicts.count('fails')} fail.")
+    return (f"Of {len(rows)} cases, {verdicts.count('passes')} pass, {verdicts.count('refused')} are refused as they "
+            f"must be, and {verdicts.count('fails')} fail.")
 
 
 def stress(arguments):
-    """Run the cases, print the table, and return its rows.
+    """Run the cases and print the table; returns its rows.
 
-    Errors: ``ValueError`` for an unknown case, with the known ones; ``CheckFailed`` if a case fails.
+    Errors: ``ValueError`` with the known names for an unknown case; ``CheckFailed`` if a case fails.
     """
     from rich.console import Console
     from rich.table import Column
 
     parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=(
-        "Run hard cases and judge by fixed bounds whether they stay stable."))
-    parser.add_argument("case", nargs="*", metavar="CASE", help="which ones, by name or pattern; all if none is named")
-    add_report_options(parser, quick="short forms of the cheap cases", report="write the table there",
-                       json="write the rows there")
-    parser.add_argument("--jobs", type=int, default=1, help="cases side by side; default 1")
-    parser.add_argument("--list", action="store_true", help="print the cases and stop")
+        "Run difficult cases, and judge by fixed bounds whether they stay stable."))
+    parser.add_argument("case", nargs="*", metavar="CASE", help="names of cases, or patterns for them; default all")
+    add_report_options(parser, quick="run short forms of the cheap cases", report="write the table to this file",
+                       json="write the rows to this file")
+    parser.add_argument("--jobs", type=int, default=1, help="number of cases at the same time; default 1")
+    parser.add_argument("--list", action="store_true", help="list the cases without running them")
     options = parser.parse_args(arguments)
     bounds, known = load_bounds(), all_cases()
     for pattern in options.case:
