@@ -58,7 +58,7 @@ class Expansion(Effect):
         return oscillation if getattr(oscillation, "form", None) == "rayleigh_plesset" else None
 
     def max_swell(self, scene):
-        """Swell that no particle exceeds [-]."""
+        """The largest possible swell of a particle [-]."""
         oscillation = self.rayleigh_plesset(scene)
         return self.v_exp * (oscillation.bounds()[1] ** 3 if oscillation else 1.0)
 

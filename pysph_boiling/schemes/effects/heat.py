@@ -259,7 +259,7 @@ class AmbientLoss(Effect):
     requires: ClassVar[tuple[str, ...]] = ("heat",)
     coefficient: float = param(10.0, "W/(m^2 K)", "heat transfer coefficient before the factor A", low=0.0,
                                may_change=True)
-    T_ambient: float = param(293.15, "K", "ambient temperature, in kelvin; frost is allowed, liquid air is not",
+    T_ambient: float = param(293.15, "K", "ambient temperature in kelvin, above the boiling point of air",
                              low=BOILING_POINT_OF_AIR, may_change=True)
 
     THRESHOLD: ClassVar[float] = 0.2  # in units of 1/spacing: half the value in the second layer of a flat surface

@@ -20,7 +20,7 @@ MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, fr
 
 
 class UnconvergedSteps(Tool):
-    """Counts the steps that ended with a mean density error above the bound up to which more sweeps are added."""
+    """Counts the steps that ended with a mean density error above the bound ``max_mean_error``."""
 
     def __init__(self, scheme, effect):
         self.scheme, self.effect = scheme, effect

@@ -58,7 +58,7 @@ class PresetNucleation(Effect):
                 scene, np.stack([arrays[name].get(axis, only_real_particles=True) for axis in "xyz"], -1))
 
     def warn_of_crowded_sites(self, scene, sites):
-        """Warn of ``sites`` (n, 3) [m] that are so near to each other that no bubble departs from them."""
+        """Warn of ``sites`` (n, 3) [m] that are so close to each other that no bubble departs from them."""
         if len(sites) < 2 or "adhesion" not in scene.effects:
             return
         place = np.where(scene.period > 0.0, sites % np.where(scene.period > 0.0, scene.period, 1.0), sites)
