@@ -95,7 +95,7 @@ class ReuseWCSPH(Application):
     def create_equations(self):
         own = self.scheme.get_equations()
         for number, group in enumerate(own):  # PySPH counts unnamed groups over the whole process, and names are part
-            group.name = f"scheme_{number}"  # of the key of its cache: without these two lines it may compile anew
+            group.name = f"scheme_{number}"  # of the key of its cache: without these two lines it may compile again
         return [*own, *heat_groups("fluid")]
 
     def create_particles(self):
@@ -126,7 +126,7 @@ class ReuseWCSPH(Application):
         """Run, draw, and check the final state."""
         super().run(argv)
         if not self.options.disable_output:
-            print(f"look at {self.post_process(self.info_filename)}")
+            print(f"picture: {self.post_process(self.info_filename)}")
         print(f"error of the amplitude: {self.decay_error():+.2%}; relative change of energy: "
               f"{self.energy_drift():.1e}")
         self.check_final()

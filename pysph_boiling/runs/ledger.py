@@ -116,7 +116,7 @@ class Ledger(Tool):
         self.warned = False
 
     def check(self, arrays):
-        """Refuse fluid properties that nobody declared."""
+        """Raise ``ValueError`` for properties of fluid arrays that no effect declares."""
         known = {row.name for row in (*BASE_PROPERTIES, *self.scheme.effect_rows("properties"))} | set(PYSPH_PROPERTIES)
         for pa in arrays:
             unknown = sorted(set(pa.properties) - known)

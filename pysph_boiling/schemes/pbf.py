@@ -31,9 +31,9 @@ from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
 __all__ = ["PBFScheme"]
 
 _DEFAULT = object()
-SORT_INTERVAL = 10  # steps between two sorts in memory: it takes 3 % of a step; each step since adds 0.05 %
-SWEEP_LIMIT_FACTOR = 10  # times density.max_sweeps, where the error stays above density.max_mean_error
-SPACING_RANGE = 1e-9, 1e6  # m; beyond them volumes and their inverses leave the range of numbers
+SORT_INTERVAL = 10  # steps between two sorts in memory; a sort takes 3 % of a step, and steps get 0.05 % slower each
+SWEEP_LIMIT_FACTOR = 10  # factor on density.max_sweeps while the error stays above density.max_mean_error
+SPACING_RANGE = 1e-9, 1e6  # m; with others, volumes and their inverses leave the range of numbers
 
 
 class Slots:
@@ -167,7 +167,7 @@ class PBFScheme(Scheme):
                     cls = EFFECTS[needed][0].__name__
                     raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",
                                       f"pass {needed}={cls}(...) to the scheme, or leave '{slot}' out",
-                                      f"add {option(needed)}, or take '{slot}' out with {option(f'no_{slot}')}")
+                                      f"add {option(needed)}, or leave '{slot}' out with {option(f'no_{slot}')}")
         return SchemeContext(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,

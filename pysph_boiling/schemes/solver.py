@@ -72,7 +72,7 @@ def vector_tag():
 
 
 def strip_unused_declarations(source):
-    """The source of a module of PySPH's, whose wrapper of particle arrays declares the arrays that it uses alone.
+    """The source of a PySPH module whose wrapper of particle arrays only declares the properties that it uses.
 
     PySPH declares all properties and constants, so that scenes with different effects could not share a module. Others
     become Python attributes, which only the host reads.
@@ -93,7 +93,7 @@ def strip_unused_declarations(source):
 
 
 class StrippedHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
-    """PySPH's generator of one module, through :func:`strip_unused_declarations`."""
+    """PySPH's generator of a module, with :func:`strip_unused_declarations`."""
 
     def compile(self, code):
         return super().compile(strip_unused_declarations(code))
@@ -109,10 +109,10 @@ class VectorModule(CheckedModule):
 
 @contextmanager
 def vectorised():
-    """PySPH compiles with :func:`vector_flags` inside this block, and without what a module does not need.
+    """Inside this block PySPH compiles with :func:`vector_flags`, and without code that a module does not need.
 
-    That is unused declarations (:func:`strip_unused_declarations`) and code to pickle kernels. Its cache knows a module
-    by its source alone: sources must say which flags they are for, by :func:`vector_tag`.
+    The latter is unused declarations (:func:`strip_unused_declarations`) and code to pickle kernels. PySPH's cache
+    identifies a module by its source, so sources must contain the :func:`vector_tag` of their flags.
     """
     directives, plain = get_directive_defaults(), StrippedHelper.__base__
     before = directives["auto_pickle"]

@@ -12,7 +12,7 @@ from pysph_boiling.runs.ledger import write_json
 
 __all__ = ["Points", "digest", "measure"]
 
-MODEL = ("*.py", "equations/*.py", "schemes/**/*.py", "problems/*.py", "examples/*.py")  # what a run depends on
+MODEL = ("*.py", "equations/*.py", "schemes/**/*.py", "problems/*.py", "examples/*.py")  # sources of a run
 
 
 @cache

@@ -96,7 +96,7 @@ def grade(slope):
     """The paper's word for a sensitivity: low, moderate or high."""
     size = abs(slope)
     if math.isnan(size):
-        return "not told"
+        return "unknown"
     return "low" if size < LOW else "moderate" if size <= MODERATE else "high"
 
 

@@ -76,7 +76,7 @@ class SchemeContext:
 
 
 class Snapshot(list):
-    """Fluid arrays that stay as they are for a while: what is :func:`computed_once` is kept with them."""
+    """Fluid arrays that do not change for a while, with the results of :func:`computed_once` functions of them."""
 
     def __init__(self, arrays):
         super().__init__(arrays)
@@ -84,7 +84,7 @@ class Snapshot(list):
 
 
 def computed_once(function):
-    """A function of fluid arrays, and of what can be a key, which is computed once for each :class:`Snapshot`.
+    """Decorator for a function of fluid arrays whose result is computed once for each :class:`Snapshot`.
 
     Further arguments must be hashable. For a plain list of arrays it is computed each time. Do not modify the result.
     """

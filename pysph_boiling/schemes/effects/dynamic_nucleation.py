@@ -14,7 +14,7 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["DynamicNucleation"]
 
-ROUND_OFF_MARGIN = 1e-9  # relative; particles of a lattice at the radius belong to the region whatever the round-off
+ROUND_OFF_MARGIN = 1e-9  # relative tolerance of the radius, so that lattice particles at this distance always belong
 Q_CRIT = 10.0  # the paper, Table 3
 
 

@@ -24,9 +24,9 @@ class Expansion(Effect):
     this value from the start; the linking radius and that of the kinetic condition reach it at a v_exp of 2.9 and 2.6
     in 2-D, and of 5.0 and 4.1 in 3-D.
 
-    Limits: a particle that is swollen so far that it reads more than rest density from itself alone is compressed by
-    what no motion removes; the density constraint refuses that (from 3.17 in 2-D and 5.4 in 3-D, at the default kernel
-    and smoothing length). Where vapour has filled its container it swells no further (:class:`FullContainer`).
+    Limits: a particle can be swollen so far that it alone exceeds rest density, which no motion can correct. The
+    density constraint refuses such values (from 3.17 in 2-D and 5.4 in 3-D with the default kernel and smoothing
+    length). Vapour that has filled its container does not swell further (:class:`FullContainer`).
     """
 
     slot: ClassVar[str] = "expansion"
@@ -63,7 +63,7 @@ class Expansion(Effect):
         return self.v_exp * (oscillation.bounds()[1] ** 3 if oscillation else 1.0)
 
     def describe_max_swell(self, scene):
-        """What :meth:`max_swell` is made of, for messages."""
+        """The settings that determine :meth:`max_swell`, for messages."""
         return "expansion.v_exp" + (" times the cube of oscillation.upper" if self.rayleigh_plesset(scene) else "")
 
     def columns(self, scene):
@@ -87,7 +87,7 @@ def rest_volume(arrays, scene):
 
 
 class FullContainer(Tool):
-    """Holds vapour to what its container has room for, and warns once: no motion makes room where there is none.
+    """Limits the expansion of vapour to the volume of its container, and warns once when it does.
 
     Otherwise boiling in a closed box becomes unstable when the rest volume exceeds 1.04 to 1.13 times that of the box.
     """

@@ -44,8 +44,9 @@ class Oscillation(Effect):
     The limit is applied to a whole bubble, so that its displacements still have no net momentum. With unequal masses
     the centre of mass does not move, but the centroid does.
 
-    ``slowdown``: a steam bubble of 4 mm rings 817 times a second, which no frame shows, so that the bubble's own time
-    runs this many times slower: period = slowdown 2 pi R0 sqrt(rho/(3 kappa p)), and 20 steps or more a period.
+    ``slowdown``: a steam bubble of 4 mm oscillates 817 times per second, which no movie can show, so the bubble's own
+    time is slower by this factor: period = slowdown 2 pi R0 sqrt(rho/(3 kappa p)). A period should have 20 or more
+    steps.
 
     Limits: the bounds of ``"band"`` fit bubbles of 15 to 101 particles in 3-D and 9 to 30 in 2-D; smaller bubbles are
     expanded and larger ones compressed. The density constraint keeps a bubble above about 0.92 (3-D) or 0.965 (2-D) of
@@ -162,8 +163,9 @@ class Oscillation(Effect):
             volume = TYPICAL * scene.effects["expansion"].v_exp * scene.spacing**scene.dim
             period = self.slowdown * 2.0 * math.pi / float(self.bubble(scene).frequency(sphere_radius(volume)))
             if period < STEPS * dt:
-                yield (f"oscillation.slowdown = {self.slowdown:.3g}: a bubble of {TYPICAL} particles rings once in "
-                       f"{period / dt:.3g} steps; from {self.slowdown * STEPS * dt / period:.3g} on it takes {STEPS}")
+                yield (f"oscillation.slowdown = {self.slowdown:.3g} gives a bubble of {TYPICAL} particles a period of "
+                       f"{period / dt:.3g} steps; it needs at least {STEPS}, with a slowdown of "
+                       f"{self.slowdown * STEPS * dt / period:.3g}")
 
     def terms(self, scene, fluid):
         yield Term("oscillation.push", oscillation.BubbleOscillation(fluid, None, nearest=1e-6 * scene.spacing))
@@ -274,10 +276,10 @@ class Oscillation(Effect):
         return 0.75 * sphere_radius(size) * scene.spacing
 
     def target_radii(self, scene, vapour, radius, first):
-        """Target of each bubble in units of its radius at rest; each particle carries it, its sign the direction.
+        """Target radius of each bubble in units of its radius at rest; particles store it, negative while it shrinks.
 
-        Those in the majority tell target and direction of a bubble that has merged. A new bubble starts from its
-        ``radius`` (in the same unit) and grows, or shrinks where it is beyond the upper bound.
+        In a bubble that has merged, the majority of particles decides. A new bubble starts from its ``radius`` (in the
+        same unit) and grows, or shrinks if it is beyond the upper bound.
         """
         carried = vapour.get("target_radius")
         if not first:
@@ -296,7 +298,7 @@ class Oscillation(Effect):
         return target
 
     def advance_volumes(self, scene, arrays):
-        """Advance the volume of each bubble, and share it out as swell of its particles.
+        """Advance the volume of each bubble, and distribute it as swell of its particles.
 
         The swell of a particle times the volume of its liquid is its part of the bubble's volume, so the parts add up
         when bubbles merge, and stay with their particles when a bubble splits. New vapour has the swell it had as
