@@ -1,4 +1,4 @@
-"""A neighbour search for PySPH by its own extension points: a subclass of its NNPS, with lists as its NeighborCache."""
+"""A neighbour search for PySPH: a subclass of its NNPS, whose lists are a subclass of its NeighborCache."""
 import numpy as np
 
 from cython.parallel cimport prange
@@ -48,7 +48,7 @@ cdef extern from "sorted_cells.h" nogil:
 
 
 cdef class SortedCellLists(NeighborCache):
-    """The lists of one pair of arrays, all made at once: what PySPH knows as a NeighborCache."""
+    """The neighbour lists of one pair of arrays, all made at once, in the form of PySPH's NeighborCache."""
     cdef Lists lists
     cdef bint made                  # of the positions of the last update
 
@@ -79,16 +79,18 @@ cdef class SortedCellLists(NeighborCache):
 
 
 cdef class SortedCellNNPS(NNPS):
-    """Neighbours by counting sort into cells: those of PySPH's LinkedListNNPS, in one order whatever the threads.
+    """Neighbour search by a counting sort of particles into cells.
 
-    ``update`` sorts the particles; the lists of a pair of arrays are made by the first ``set_context`` of that pair, of
-    the positions at the last ``update``. Loops that PySPH generates read them as they are. The order of a list depends on
-    positions and on the order of the arrays alone.
+    It finds the same neighbours as PySPH's LinkedListNNPS, in an order that does not depend on the number of threads,
+    but only on positions and on the order of the arrays. ``update`` sorts the particles. The first ``set_context`` of a
+    pair of arrays makes their lists, for the positions at the last ``update``. Loops that PySPH generates read these
+    lists.
 
-    Parameters are those of PySPH's ``LinkedListNNPS``; ``cache=False`` keeps no lists and searches at each question.
+    The parameters are those of PySPH's ``LinkedListNNPS``; with ``cache=False`` there are no lists, and each query
+    searches.
 
-    Errors: ``FloatingPointError`` for a position, and ``ValueError`` for a smoothing length that cannot be; both name the
-    array and the particle. ``MemoryError`` where there is no room for the lists.
+    Errors: ``FloatingPointError`` for a position that is NaN or Inf, and ``ValueError`` for an invalid smoothing
+    length; both name the array and the particle. ``MemoryError`` if there is not enough memory for the lists.
     """
     cdef Cells cells
     cdef Sorted *sorted             # (narrays)
@@ -133,18 +135,18 @@ cdef class SortedCellNNPS(NNPS):
         self.update()
 
     def use_lanes(self, bint use):
-        """Whether eight candidates are tested at a time, where the processor can (AVX2); for tests and comparisons."""
+        """Set whether eight candidates are tested at a time, if the processor supports it (AVX2); for tests."""
         self.lanes = use and cells_init()
         self.update()
 
     def busy_threads(self):
-        """How many threads have written lists since the search was made."""
+        """Number of threads that have written lists since the search was made."""
         return sum(self.workers[i].slabs > 0 for i in range(self.threads))
 
     # --- sorting ------------------------------------------------------------------------------------------------------
 
     cpdef update(self):
-        """Sort the particles where they are now; lists are made anew when they are asked for."""
+        """Sort the particles at their present positions; lists are made again when they are needed."""
         cdef double low[3]
         cdef double high[3]
         cdef double total, side, widest
@@ -219,7 +221,7 @@ cdef class SortedCellNNPS(NNPS):
                     + (f"; {many} particles in all" if many > 1 else ""))
 
     cdef bulk(self, double *low, double *high):
-        """Narrow bounds to where nearly all particles are."""
+        """Narrow the bounds to a region with nearly all particles."""
         cdef int k
         for k, axis in enumerate("xyz"):
             values = np.concatenate([w.pa.get(axis, only_real_particles=False) for w in self.pa_wrappers])
@@ -266,7 +268,7 @@ cdef class SortedCellNNPS(NNPS):
             lists.find_all_neighbors()
 
     def check_index(self, int dst_index, size_t d_idx):
-        """Raise ``IndexError`` for a particle that the last update has not seen."""
+        """Raise ``IndexError`` for a particle that did not exist at the last update."""
         if d_idx >= <size_t>self.sorted[dst_index].n:
             raise IndexError(f"array '{self.particles[dst_index].name}' had {self.sorted[dst_index].n} particles at the "
                              f"last update of the neighbour search: there is no particle {d_idx}")
@@ -313,7 +315,7 @@ cdef class SortedCellNNPS(NNPS):
     # --- order in memory ----------------------------------------------------------------------------------------------
 
     cpdef get_spatially_ordered_indices(self, int pa_index, LongArray indices):
-        """Indices of the particles in the order of the cells; ghosts, as PySPH wants them, behind all others."""
+        """Indices of the particles in the order of the cells, with ghosts behind all others, as PySPH needs them."""
         cdef NNPSParticleArrayWrapper w = self.pa_wrappers[pa_index]
         cdef Sorted *s = &self.sorted[pa_index]
         cdef long k, real = w.pa.get_number_of_particles(True)
