@@ -51,10 +51,11 @@ class ExplosiveBoilingParameters(SceneParameters):
     width: int = param(28, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
     headroom: float = param(1.0, "-", "height above the water, in heights of the water", above=0.0)
-    hot: float = param(0.5, "-", "superheated part of the water, by height from the floor", above=0.0, high=1.0)
-    superheat: float = param(90.0, "K", "superheat of that part", above=0.0, high=250.0)
-    superheat_limit: float = param(60.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                                   sets="dynamic_nucleation.superheat_limit")
+    hot: float = param(0.5, "-", "fraction of the water's height, from the floor, that is superheated", above=0.0,
+                       high=1.0)
+    superheat: float = param(90.0, "K", "superheat of that part of the water", above=0.0, high=250.0)
+    superheat_limit: float = param(60.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
+                                   high=250.0, sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.0, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(2.0, "K", "temperature of the rest of the water and of the feed below saturation",

@@ -40,8 +40,8 @@ class GeyserParameters(SceneParameters):
     sky: int = param(30, "-", "height of the space above the pool, in spacings", low=4)
     superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
-    superheat_limit: float = param(130.0, "K", "mean superheat of a region that bursts", above=0.0, high=250.0,
-                                   sets="dynamic_nucleation.superheat_limit")
+    superheat_limit: float = param(130.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
+                                   high=250.0, sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)

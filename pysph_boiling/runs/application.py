@@ -46,8 +46,9 @@ from pysph_boiling.search import search_for
 
 __all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
 
-# Largest residuals [-] of a run that conserves. A sum of n numbers is rounded by up to n 1e-16 of it: 1e4 masses come
-# back to 1e-12. Energy adds what moved in each step, 3e-14 measured over 3,000 steps; 5e-6 in single precision.
+# Largest residuals [-] of a run that conserves mass and energy. The rounding error of a sum of n numbers is up to
+# n 1e-16, so 1e4 masses add up to within 1e-12. The energy residual also has the rounding of each step's flows: 3e-14
+# measured over 3,000 steps, and 5e-6 in single precision.
 MASS_BOUND, ENERGY_BOUND, SINGLE_BOUND = 1e-12, 1e-10, 1e-4
 MAX_STEPS = 1 << 31  # after which PySPH ends a run
 
@@ -376,7 +377,7 @@ class SceneApplication(Application):
         steps = p.duration / self.scheme.dt
         if steps > MAX_STEPS <= options.max_steps:
             raise ValueError(f"{p.duration:.3g} s in steps of {self.scheme.dt:.3g} s are {steps:.3g} steps, more than "
-                             f"{MAX_STEPS}: take longer steps or frames, a shorter --duration, or --max-steps")
+                             f"{MAX_STEPS}: use longer steps or frames, a shorter --duration, or --max-steps")
         if self.num_procs > 1:
             self.check_ranks()
 

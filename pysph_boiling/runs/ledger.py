@@ -147,12 +147,12 @@ class Ledger(Tool):
 
     @staticmethod
     def mass(arrays):
-        """Mass of the domain [kg]."""
+        """Total mass of the domain [kg]."""
         return ranks.total(float(np.sum(joined(arrays, "m"))))
 
     @staticmethod
     def count(arrays):
-        """Particles of the domain."""
+        """Number of particles in the domain."""
         return ranks.total(len(joined(arrays, "m")))  # a device counts periodic ghosts among the real ones
 
     def lost(self, arrays):

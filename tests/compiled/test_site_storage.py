@@ -264,18 +264,18 @@ def arrays_for(scheme, sites=((0.0, 0.0, 0.0),)):
 
 def test_storage_refuses_what_it_cannot_serve():
     scheme = frozen_scheme()
-    with pytest.raises(ValueError, match=r"too short of reach to find 5 particles: make the array with site_array\("):
+    with pytest.raises(ValueError, match=r"too small a reach to find 5 particles: make the array with site_array\("):
         scheme.setup_properties(arrays_for(scheme))
     scheme = frozen_scheme(n_emit=7)
     arrays = arrays_for(scheme, [(-1.2, 0, 0), (0, 0, 0), (1.2, 0, 0)])  # the middle one has 2 x 3 places to itself
     widen_sites(scheme, arrays)
-    with pytest.raises(ValueError, match="storage.n_emit must be <= 6 where sites are so near to each other, got 7"):
+    with pytest.raises(ValueError, match="storage.n_emit must be <= 6 for sites this close to each other, got 7"):
         scheme.setup_properties(arrays)
     scheme = frozen_scheme(fluids=("fluid", "more"))
     with pytest.raises(ValueError, match="one fluid array"):
         scheme.setup_properties(arrays_for(scheme))
     scheme.set_effects(phases=PhaseChange())
-    with pytest.raises(ValueError, match="liquid must not store it"):
+    with pytest.raises(ValueError, match="liquid must not store any"):
         scheme.setup_properties(arrays_for(scheme))
     with pytest.raises(ValueError, match="whole number, got 2.5"):
         SiteStorage(n_emit=2.5)

@@ -23,7 +23,7 @@ DX = 0.01
 COMMANDS = [
     ("", "usage: pysph-boiling COMMAND"),
     ("frobnicate", "no command 'frobnicate'"),
-    ("run", "which scene? One of: bubble_"),
+    ("run", "name a scene, one of: bubble_"),
     ("run nowhere", "no scene 'nowhere'; there are: bubble_"),
     ("render nowhere", "nowhere"),
     # a scene's own parameters
@@ -53,8 +53,8 @@ COMMANDS = [
     ("run dam_break --container.lower 1,2", "--container.lower and --container.upper must each be three lengths [m]"),
     ("run dam_break --container.lower 9,0,0", "container: lower x must be below upper x, got 9.0 and 3.75 m"),
     ("run dam_break --no-density", "effect 'container' (BoxContainer) needs the effect 'density': add --density, or "
-     "take 'container' out with --no-container"),
-    ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': add --heat, or take "
+     "leave 'container' out with --no-container"),
+    ("run steady_boiling --no-heat", "effect 'heater' (Heater) needs the effect 'heat': add --heat, or leave "
      "'heater' out with --no-heater"),
     ("run steady_boiling --cohesion.radius 5", "--cohesion.radius must be <= 2.4 spacings (the support of the kernel)"),
     ("run steady_boiling --adhesion.radius 5", "sites 'sites' reach 2.4 spacings, but the effects need 5"),

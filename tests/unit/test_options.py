@@ -80,10 +80,10 @@ def test_switches(slot):
 @pytest.mark.parametrize(("arguments", "effects", "message"), [
     (["--no-drag", "--drag.rate=3"], FULL, "--no-drag and --drag.rate contradict each other"),
     (["--heater"], {}, "heater: give exactly one"),
-    (["--source"], {}, "source: give its power density"),
+    (["--source"], {}, "source: the power density"),
     (["--heater.flux=1", "--heater.temperature=400"], FULL, "heater: give exactly one"),
     (["--container.radius=1"], FULL, "box container has no parameter radius"),
-    (["--container.radius=1", "--container.upper=1,1,1"], {}, "no form of 'container' takes all of radius, upper"),
+    (["--container.radius=1", "--container.upper=1,1,1"], {}, "has all of these parameters: radius, upper"),
     (["--drag.rate=-1"], FULL, r"drag.rate must be >= 0.0 1/s, got -1.0 1/s"),
     (["--density.min-sweeps=9"], {"density": EFFECTS["density"][0]()}, "min_sweeps = 9 is above density.max_sweeps"),
 ])

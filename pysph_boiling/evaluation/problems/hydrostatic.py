@@ -46,7 +46,7 @@ def compression(fluid, others, scheme):
 
 
 def nearest(fluid, spacing):
-    """Distance of each particle to the nearest other one, in spacings, shape (n,)."""
+    """Distance (n,) of each particle to its nearest neighbour, in spacings."""
     points = positions(fluid)
     return cKDTree(points).query(points, k=2)[0][:, 1] / spacing
 

@@ -80,7 +80,7 @@ def rank_correlation(x, y):
 
 
 def curves(groups, columns, points=200):
-    """Mean and range of columns over time for labelled ensembles, as columns of equal length for a CSV file."""
+    """Columns of equal length for a CSV file: mean and range of ``columns`` over time for labelled ensembles."""
     end = common_end(*groups.values())
     t = np.linspace(0.0, end, points)
     made = {"t [s]": t}

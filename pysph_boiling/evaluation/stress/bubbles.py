@@ -75,7 +75,7 @@ def oscillating(dim, **options):
 
 
 def collapse(pressure, start, slowdown):
-    """A bubble swollen to ``start`` volumes collapses under ``pressure`` [Pa]: Rayleigh-Plesset."""
+    """A bubble of ``start`` times its rest volume collapses under ``pressure`` [Pa] (Rayleigh-Plesset)."""
     effects = {**RING, "expansion": Expansion(v_exp=1.5), "oscillation": Oscillation(
         form="rayleigh_plesset", pressure=pressure, slowdown=slowdown, lower=0.05, upper=1.5)}
     setup = pool(3, effects, vapour=ball(middle(3), 2.6))

@@ -163,8 +163,8 @@ class Cohesion(Effect):
     def warnings(self, scene, dt):
         number, bound = self.strength_in(scene) * scene.g * dt * dt / scene.spacing, self.MAX_COHESION_NUMBER[scene.dim]
         if number > bound * (1.0 + 1e-9):
-            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}: bubbles stir the liquid; use a "
-                   "shorter step or less cohesion")
+            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}, so bubbles at rest may "
+                   "stir the liquid; use a shorter time step or less cohesion")
 
     def terms(self, scene, fluid):
         yield Term("forces.sum", cohesion.BubbleCohesion(
