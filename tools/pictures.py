@@ -23,12 +23,12 @@ SCENES = {
     "cooling": (["--flat"], [], 25),
     "explosive_boiling": (["--demo"], SURFACE, 8),
     "geyser": (["--flat"], [], 75),
-    "bubble_rise": (["--demo"], SURFACE, 12),
+    "bubble_rise": (["--demo"], SURFACE, 9),
     "bubble_merge": (["--demo"], SURFACE, 11),
-    "bubble_split": (["--demo"], SURFACE, 9),
-    "bubble_held": ([], SURFACE, 30),
+    "bubble_split": (["--demo"], SURFACE, 6),
+    "bubble_held": ([], SURFACE, 34),
     "dam_break": ([], [], 25),
-    "heated_slab": ([], ["--colour", "temperature"], 20),
+    "heated_slab": ([], ["--colour", "temperature"], 8),
 }
 
 
@@ -42,7 +42,7 @@ def inside(path, view):
     height, width = picture.shape[:2]
     if view != SURFACE:
         left, right, bottom, top = (round(DPI * getattr(MARGINS, side)) for side in ("left", "right", "bottom", "top"))
-        return left, top, width - right, height - bottom
+        return left + 4, top + 4, width - right - 4, height - bottom - 4  # without the frame
     differs = np.abs(picture - picture[:, :1]).max(axis=2) > 24
     columns = np.flatnonzero(differs[height // 12:].any(axis=0))  # the line of text is above that
     left, right = int(columns[0]), int(columns[-1])
@@ -50,10 +50,11 @@ def inside(path, view):
     return left + edge, 0, right - edge, height
 
 
-def load(path, box, height):
-    """What is inside ``box`` of a frame, ``height`` pixels high."""
+def load(path, box, *size):
+    """What is inside ``box`` of a frame, shrunk to fit into ``size`` (width, height) [pixel]."""
     part = Image.open(path).convert("RGB").crop(box)
-    return part.resize((round(part.width * height / part.height), height), Image.Resampling.LANCZOS)
+    part.thumbnail(size, Image.Resampling.LANCZOS)
+    return part
 
 
 def main():
@@ -66,9 +67,9 @@ def main():
             command("render", folder.name, *view)
         frames = sorted((folder / "frames").glob("frame_*.png"))
         box = inside(frames[number], view)
-        load(frames[number], box, 240).save(OUT / f"{scene}.webp", quality=75, method=6)
+        load(frames[number], box, 320, 280).save(OUT / f"{scene}.webp", quality=85, method=6)
         if scene == MOVING:
-            first, *rest = (load(frame, box, 540) for frame in frames)
+            first, *rest = (load(frame, box, 720, 540) for frame in frames)
             first.save(OUT / "boiling.webp", save_all=True, append_images=rest, duration=50, loop=0, quality=75,
                        method=6)
 

@@ -53,3 +53,8 @@ def test_lines_of_prose_fit_a_screen(path):
 
 def test_readme_can_be_read_at_one_sitting():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1000
+
+
+def test_pictures_of_the_readme_are_small():
+    sizes = {path.name: path.stat().st_size for path in ROOT.glob("docs/pictures/*")}
+    assert sizes.pop("boiling.webp") <= 1.5e6 and max(sizes.values()) <= 60e3, sizes
