@@ -73,7 +73,7 @@ def test_folder_of_another_scene_is_refused(copy, capsys):
     assert slab(copy) == 2
     assert "holds a run of dam_break: choose another folder with --directory" in capsys.readouterr().err
     assert slab(copy, "--resume") == 2
-    assert "a run of dam_break cannot go on as heated_slab" in capsys.readouterr().err
+    assert "a run of dam_break cannot be resumed as heated_slab" in capsys.readouterr().err
     assert {name: (copy / name).read_bytes() for name in names(copy)} == before
 
 
