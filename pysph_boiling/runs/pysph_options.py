@@ -137,6 +137,16 @@ def settle(parser, also=None):
     ours.add_argument("--kernel", default=None, type=one_of(KERNELS), help=" or ".join(KERNELS))
     ours.add_argument("--omp-schedule", dest="omp_schedule", default="dynamic,64", type=schedule, metavar="KIND,CHUNK",
                       help="how threads share a loop: static, dynamic or guided, a comma, and the chunk size")
+    parser.description = "Run one scene. docs/ranks.md says how to run it on several MPI ranks."
+    parser.formatter_class = argparse.HelpFormatter  # each text names its default
+    for flag, text in WORKS.items():
+        if text and flag not in (also or {}):
+            inherited[flag].help = help_text(text)
+
+
+def help_text(text):
+    """A text of :data:`WORKS` without Markdown, for ``--help``."""
+    return re.sub(r"\[(\S+?)\]\(\S+?\)", r"docs/\1", text).replace("`", "").replace("%", "%%")
 
 
 def asks_for_ours(options):

@@ -87,3 +87,11 @@ def test_value_that_is_not_served_is_refused(arguments, message, tmp_path, monke
 
 def test_page_is_the_table():
     assert (ROOT / "docs" / "options.md").read_text() == pysph_options.table()
+
+
+def test_help_is_that_of_the_page(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["run", "dam_break", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "default: None" not in text and "](" not in text
+    assert "Time step [s], in place of --substeps." in text and "(docs/ranks.md)" in text
