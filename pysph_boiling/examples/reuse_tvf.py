@@ -1,4 +1,4 @@
-"""PySPH's TVF scheme, unmodified, with our heat equations: the same wave as in ``reuse_wcsph``.
+"""PySPH's TVF scheme, unmodified, with our heat equations: the same wave as in reuse_wcsph.
 
 Equations   TVFScheme of PySPH (transport velocity, quintic spline); conduction as in ``reuse_wcsph``.
 Source      a Fourier mode of the heat equation in a periodic box that is carried along at a uniform velocity.

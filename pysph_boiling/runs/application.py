@@ -655,9 +655,10 @@ class SceneApplication(Application):
     def print_header(self, console):
         """Print what is about to run, with all scale factors."""
         scheme, solver = self.scheme, self.solver
-        counts = ", ".join(f"{number} {name}" for name, number in self.counts().items())
+        numbers = self.counts()
+        counts = f"{sum(numbers.values())} particles ({', '.join(f'{n} {name}' for name, n in numbers.items())})"
         shared = f" on {ranks.size()} ranks" if ranks.size() > 1 else ""
-        console.print(f"[bold]{self.title}[/bold]: {counts} particles{shared}, dt = {solver.dt * 1e3:.4g} ms, "
+        console.print(f"[bold]{self.title}[/bold]: {counts}{shared}, dt = {solver.dt * 1e3:.4g} ms, "
                       f"{int(np.ceil(max(self.parameters.duration - solver.t, 0.0) / solver.dt - 1e-9))} steps "
                       + (f"from t = {solver.t:.4g} s " if self.resumed is not None else "")
                       + f"to t = {self.parameters.duration} s")

@@ -522,7 +522,7 @@ def test_threshold_as_a_superheat(dim, burst, members, onset):
 def test_threshold_below_the_price_of_one_particle_warns():
     scheme = setup(2, superheat_limit=30.0)
     (sentence,) = scheme.effects["dynamic_nucleation"].warnings(scheme.scene(), 1e-3)
-    assert "asks for 30 K" in sentence and "13 particles" in sentence and "from 41.2 K on" in sentence
+    assert "superheat of 30 K" in sentence and "13 particles" in sentence and "from 41.2 K on" in sentence
 
 
 def test_one_threshold_takes_the_place_of_the_other():

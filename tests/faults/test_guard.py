@@ -118,7 +118,7 @@ def test_temperature_beyond_physics_ends_the_run(name, phase, T, ends):
 def test_converted_latent_heat_beyond_the_critical_point_is_told_once():
     """The paper's form reads up to 535 K out of stored latent heat, by design."""
     guard, fluid = guarded("states", phase=int(Phase.SUPERHEATED), T=800.0)
-    with pytest.warns(UserWarning, match=r"T = 800 K of particle 3 .* 647.1 K.*\(phases.interrupt convert\)"):
+    with pytest.warns(UserWarning, match=r"T = 800 K of particle 3 .* 647.1 K.*with phases.interrupt = convert"):
         guard.post_step(AFTER)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
