@@ -17,6 +17,7 @@ from pysph_boiling.schemes.effects import (
     Refill,
     XSPHViscosity,
 )
+from pysph_boiling.schemes.solver import strip_unused_declarations
 
 __all__ = ["CLASSES", "DX", "FULL", "make", "sources", "subgroups"]
 
@@ -45,9 +46,10 @@ def make(cls=BoilingScheme, effects=None, dt=1e-3, wide=False, **kwargs):
 
 
 def sources(scheme, arrays, equations):
-    """The generated source of every stage, without compiling it."""
+    """The generated source of every stage as it is compiled, without compiling it."""
     compiler = SPHCompiler(make_acceleration_evals(arrays, equations, scheme.kernel), scheme.solver.integrator)
-    return [compiler._get_code(), *(helper.get_code() for helper in compiler.acceleration_eval_helpers[1:])]
+    generated = [compiler._get_code(), *(helper.get_code() for helper in compiler.acceleration_eval_helpers[1:])]
+    return [strip_unused_declarations(source) for source in generated]
 
 
 def subgroups(equations):

@@ -131,10 +131,10 @@ def close(actual, expected, scale=None):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ROUND_OFF * (scale or np.abs(expected).max()))
 
 
-def column(width=8, fill=12, *, height=HEIGHT, jitter=0.1, **density):
+def column(width=8, fill=12, *, height=HEIGHT, jitter=0.1, lean=True, **density):
     """A column of water, disordered, in a wider tank, and the scheme of the set "motion": (scheme, arrays)."""
     upper = (WIDTH * DX, height * DX, 0.0)
-    motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)))
+    motion = scheme("motion", dim=2, spacing=DX, changes=dict(container=BoxContainer(upper=upper)), lean=lean)
     motion.set_effects(density=DensityConstraint(**density))
     common = dict(spacing=DX, dim=2, rho0=motion.rho0)
     arrays = [fluid_block((0.0, 0.0, 0.0), (width * DX, fill * DX, 0.0), jitter=jitter, seed=1, **common),

@@ -21,19 +21,24 @@ from pysph_boiling.runs.jobs import Job, run_job
 from pysph_boiling.runs.ledger import write_json
 
 ROOT = Path(__file__).resolve().parents[1]
-EQUATIONS = Path("pysph_boiling/equations")
+EQUATIONS, NATIVE = Path("pysph_boiling/equations"), Path("pysph_boiling/native")
 LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*_output", "*.egg-info", "docs", "build", "dist")
 TIMEOUT = 900  # s; a mutant that hangs is noticed
 
 
 class Mutant(NamedTuple):
-    """An edit of ``equations/<module>.py`` that at least one of ``tests`` must notice."""
+    """An edit of ``equations/<module>.py``, or of a header ``native/<module>``, that one of ``tests`` must notice."""
 
     module: str
     what: str
     old: str
     new: str
     tests: tuple[str, ...]
+
+    @property
+    def path(self):
+        """The file, from the root of the repository."""
+        return NATIVE / self.module if self.module.endswith(".h") else EQUATIONS / f"{self.module}.py"
 
 
 def mutants(module, *tests):
@@ -55,6 +60,9 @@ expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
 helpers = mutants("helpers", "unit/test_phases.py", "unit/test_helpers.py", "compiled/test_density_constraint.py")
 lean = mutants("lean", "compiled/test_lean.py")
+exchange = mutants("exchange.h", "compiled/test_lean.py")
+pairs = mutants("pair_sums.h", "compiled/test_lean.py")
+sweeps = mutants("density_sweeps.h", "compiled/test_lean.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_site_storage.py",
                 "compiled/test_modes.py")
@@ -105,6 +113,15 @@ MUTANTS = (  # --quick takes the first of each module
     density("pressure: sign", "d_pressure[d_idx] -= s_impulse", "d_pressure[d_idx] += s_impulse"),
     density("pressure: dt, not its square", "max(dt*dt, 1e-300)", "max(dt, 1e-300)"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
+    sweeps("density: m of the others' gradients dropped", "f*f * out[4] / p->m", "f*f * out[4]"),
+    sweeps("wall density: sign", "rho += scale * out[0]", "rho -= scale * out[0]"),
+    sweeps("correction: the neighbour's multiplier dropped", "(at.w + sum->plus)*counted", "sum->plus*counted"),
+    sweeps("nothing set apart", "if (out[3] > 1.0)", "if (out[3] < 0.0)"),
+    sweeps("left-over error worked off", "error - forgiven * fluid->left_over[i]", "error"),
+    sweeps("wall correction: sign", "const double f = lmbda * slope", "const double f = -lmbda * slope"),
+    sweeps("limiter does not count", "fluid->limited[i] += 1;", ";"),
+    sweeps("Chebyshev: nothing carried on", "(weight - 1.0) * fluid->qy[i]", "0.0"),
+    sweeps("container: velocity does not feel it", "fluid->sy[i] += feels * dy", "fluid->sy[i] += 0.0 * dy"),
     burst("regions overlap", "if s_claim[s_idx] != d_fire_key[d_idx]:", "if s_claim[s_idx] < 0.0:"),
     burst("heat of a region x 2", "heat += nucleation_units(share", "heat += 2.0*nucleation_units(share"),
     burst("the others get what was spent", "(heat - price) / others", "heat / others"),
@@ -114,6 +131,10 @@ MUTANTS = (  # --quick takes the first of each module
     burst("held heat pays for nobody", "price += s_m[s_idx] * (self.L - s_held[s_idx])",
           "price += s_m[s_idx] * self.L"),
     burst("held heat of the others is lost", "d_e[d_idx] = d_held[d_idx] + s_e_others", "d_e[d_idx] = s_e_others"),
+    exchange("conduction: the last neighbours left out", "if (n > 0) add_heat", "if (n < 0) add_heat"),
+    exchange("conduction: sign", "(sum->T - four_values(T, neighbours))", "(sum->T + four_values(T, neighbours))"),
+    exchange("viscosity: sign of the neighbour's velocity", "f*(sum->v - moves.y)", "f*(sum->v + moves.y)"),
+    exchange("drag: everywhere", "drag*(other*other)", "drag"),
     expansion("ramp x 2", "most = self.rate * dt", "most = 2.0*self.rate * dt"),
     expansion("liquid swells too", "if d_phase[d_idx] == 3:", "if d_phase[d_idx] >= 0:"),
     heat("conduction x 1/2", "k = 4.0 * d_k", "k = 2.0 * d_k"),
@@ -141,21 +162,16 @@ MUTANTS = (  # --quick takes the first of each module
     helpers("random direction: mean dropped", "return h * 4.656612873077393e-10 - 1.0",
             "return 0.0 * h"),
     helpers("Wendland's slope: factor", "t*(4.0*c4 + t*5.0*c5)", "t*(3.0*c4 + t*5.0*c5)"),
-    lean("density: m of the others' gradients dropped", "+= f * f * gg / d_m[d_idx]", "+= f * f * gg"),
-    lean("wall density: sign", "rho += M[i] *", "rho -= M[i] *"),
-    lean("correction: sign of the neighbour's multiplier", "L[i] = lmbda + s_lmbda[j]", "L[i] = lmbda - s_lmbda[j]"),
-    lean("correction: nothing set apart", "rt(dx*dx + dy*dy + dz*dz) * h1 < 1e-6",
-         "rt(dx*dx + dy*dy + dz*dz) * h1 < 0.0"),
-    lean("wall correction: sign", "f = d_lmbda[d_idx] * h1", "f = -d_lmbda[d_idx] * h1"),
-    lean("conduction: the first 128 neighbours only", "for b in range(0, N_NBRS, 128):", "for b in range(0, 1, 128):"),
     lean("heater: not booked in full", "flow * d_m[d_idx] * d_heat_dt[0]", "0.5*flow * d_m[d_idx] * d_heat_dt[0]"),
-    lean("viscosity: sign of the neighbour's velocity", "V[i] = v - s_v[j]", "V[i] = v + s_v[j]"),
     lean("friction: mass of the wall dropped", "f += s_m[j] * boiling_kernel", "f += boiling_kernel"),
-    lean("drag: liquid drags liquid", "                other = vapour\n", "                other = 1 - vapour\n"),
     oscillation("mean direction left in", "(rx/r - d_bdx[d_idx])", "(rx/r)"),
     oscillation("sign", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = -d_push_multiplier[d_idx] / d_m[d_idx]"),
     oscillation("same for every mass", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = d_push_multiplier[d_idx]"),
     oscillation("displacement not told", "d_sz[d_idx] += pz", "d_sz[d_idx] += 0.0*pz"),
+    pairs("transposition: y for z", "r.z = __builtin_shufflevector(ab_xz", "r.z = __builtin_shufflevector(ab_yw"),
+    pairs("Wendland: slope", "four(5.0*kernel->c5)", "four(4.0*kernel->c5)"),
+    pairs("cubic spline: inner part of the slope", "four(-3.0*kernel->c1)", "four(-2.0*kernel->c1)"),
+    pairs("neighbours beyond the end count", "{1, 1, 0, 0}", "{1, 1, 1, 0}"),
     phase("temperature after: capacity of vapour for liquid",
           "self.c_l,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic",
           "self.c_v,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic"),
@@ -188,7 +204,7 @@ MUTANTS = (  # --quick takes the first of each module
 
 def mutated(mutant, root=ROOT):
     """Source of the mutated module. Raises ``ValueError`` unless the text to replace occurs exactly once."""
-    source = (root / EQUATIONS / f"{mutant.module}.py").read_text(encoding="utf-8")
+    source = (root / mutant.path).read_text(encoding="utf-8")
     count = source.count(mutant.old)
     if count != 1:
         raise ValueError(f"{mutant.module}, {mutant.what}: the text to replace occurs {count} times: {mutant.old!r}")
@@ -236,7 +252,7 @@ def run_tests(root, environment, tests):
 
 def hunt(mutant, root, environment):
     """Break the copy, run the tests, mend it; returns the test that noticed, or ``None``."""
-    path = root / EQUATIONS / f"{mutant.module}.py"
+    path = root / mutant.path
     whole = path.read_text(encoding="utf-8")
     path.write_text(mutated(mutant, root), encoding="utf-8")
     try:

@@ -28,6 +28,19 @@ __all__ = [
 ]
 
 
+def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
+    """Count a sweep of the array ``dst``, keep its errors, and tell whether it was the last one: bool.
+
+    ``mean`` and ``worst`` [-] are over all particles, ``left`` is the mean of what is to be worked off; the others are
+    parameters of :class:`PBFLambda`.
+    """
+    dst.density_error[0], dst.density_error[1] = mean, worst
+    dst.sweeps[0] += 1.0
+    dst.sweeps[1] += 1.0
+    left = left / dst.prior[2]
+    return left <= tolerance or (dst.sweeps[0] >= sweeps and left <= most)
+
+
 class PBFDensity(Equation):
     r"""Summed density and the gradients of the density constraint, from fluid neighbours.
 
@@ -296,21 +309,17 @@ class PBFLambda(Equation):
     def reduce(self, dst, t, dt):
         # here: compiled modules see no imports of ours
         from pysph_boiling.device import largest, positive, summed, values
+        from pysph_boiling.equations.density_constraint import book_sweep
 
         n = max(parallel_reduce_array(float(dst.get_number_of_particles(True)), 'sum'), 1.0)
-        total = summed(values(dst, 'compression'))
-        worst = largest(values(dst, 'compression'))
-        mean = parallel_reduce_array(total, 'sum') / n
-        dst.density_error[0] = mean
-        dst.density_error[1] = parallel_reduce_array(worst, 'max')
-        dst.sweeps[0] += 1.0
-        dst.sweeps[1] += 1.0
+        mean = parallel_reduce_array(summed(values(dst, 'compression')), 'sum') / n
+        worst = parallel_reduce_array(largest(values(dst, 'compression')), 'max')
+        left = mean
         if dst.prior[0] < 1.0:
             total = summed(positive(values(dst, 'compression') - (1.0 - dst.prior[0]) * values(dst, 'left_over')))
-            mean = parallel_reduce_array(total, 'sum') / n
-        mean = mean / dst.prior[2]
+            left = parallel_reduce_array(total, 'sum') / n
         self.conv = -1.0
-        if mean <= self.tolerance or (dst.sweeps[0] >= self.enough and mean <= self.max_mean_error):
+        if book_sweep(dst, mean, worst, left, self.tolerance, self.enough, self.max_mean_error):
             self.conv = 1.0
 
     def converged(self):

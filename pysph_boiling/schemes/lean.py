@@ -1,12 +1,38 @@
-"""Where lean sums take the place of general equations: decided here and nowhere else, when a scheme is built."""
+"""Where lean equations take the place of general ones: decided here and nowhere else, when a scheme is built."""
 import numpy as np
 from compyle.array import get_backend
 
+from pysph_boiling.equations.buoyancy import BubbleDrag
+from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
+from pysph_boiling.equations.density_constraint import (
+    PBFBoundaryCorrection,
+    PBFBoundaryDensity,
+    PBFDensity,
+    PBFLambda,
+    PBFMove,
+    PBFMoveAccelerated,
+    PBFPositionCorrection,
+)
+from pysph_boiling.equations.heat import HeatConductionClearyMonaghan
 from pysph_boiling.equations.helpers import kernel_coefficients
-from pysph_boiling.equations.lean import LEAN
+from pysph_boiling.equations.lean import (
+    LEAN,
+    HeatConductionClearyMonaghanLean,
+    PBFDensityLean,
+    PBFForcesLean,
+    PBFSweepsLean,
+)
+from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
+from pysph_boiling.native import compiler_serves
 from pysph_boiling.parallel import ranks
+from pysph_boiling.schemes.host_sums import Forces, Heat, Sweeps
 
 __all__ = ["lean_terms", "why_general"]
+
+SWEEP_PLACES = ("density.multiplier", "density.correction", "density.move")
+IN_SWEEPS = {PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer, PBFCylinderContainer, PBFDensity, PBFLambda,
+             PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag)
 
 
 def why_general(scheme, arrays):
@@ -19,6 +45,12 @@ def why_general(scheme, arrays):
         return "as asked"
     if get_backend() != "cython":
         return "on a device"
+    if not compiler_serves():
+        return "they need GCC or Clang"
+    if len(scheme.fluids) > 1:
+        return "there are several fluids"
+    if "mechanics" in scheme.effects:
+        return "the mechanical ledger looks at what each equation does"
     try:
         kernel_coefficients(scheme.kernel)
     except ValueError:
@@ -34,7 +66,31 @@ def why_general(scheme, arrays):
     return None
 
 
-def lean_terms(terms, kernel):
-    """The terms with every equation that has a lean sum replaced by it."""
-    return [term._replace(equation=LEAN[type(term.equation)](term.equation, kernel)) if type(term.equation) in LEAN
-            else term for term in terms]
+def lean_terms(terms, scheme):
+    """The terms, lean ones in the place of those that they can stand for.
+
+    The density sweeps are one equation where nothing else stands in the block that iterates.
+    """
+    new = {}  # term -> what takes its place; None: nothing more, since the first of its block stands for all
+
+    def one_for(block, cls, run):
+        sources = sorted({name for term in block for name in term.equation.sources or ()})
+        new.update(dict.fromkeys(block))
+        new[block[0]] = block[0]._replace(equation=cls(block[0].equation.dest, sources, run))
+
+    for term in terms:
+        equation = term.equation
+        if type(equation) in LEAN:
+            new[term] = term._replace(equation=LEAN[type(equation)](equation, scheme.kernel))
+        elif type(equation) is HeatConductionClearyMonaghan:
+            one_for([term], HeatConductionClearyMonaghanLean, Heat(scheme, equation))
+    sweeps = [term for term in terms if term.place in SWEEP_PLACES]
+    if sweeps and {type(term.equation) for term in sweeps} <= IN_SWEEPS:  # not with swollen vapour, or other effects
+        run = Sweeps(scheme, [term.equation for term in sweeps])
+        one_for([term for term in terms if term.place == "density.before"], PBFDensityLean, run.density)
+        one_for(sweeps, PBFSweepsLean, run)
+    forces = {type(term.equation): term for term in terms if type(term.equation) in IN_FORCES}
+    if PBFBodyForce in forces:
+        parts = [forces[cls].equation if cls in forces else None for cls in IN_FORCES]
+        one_for(sorted(forces.values(), key=terms.index), PBFForcesLean, Forces(scheme, *parts))
+    return [term for term in (new.get(term, term) for term in terms) if term]

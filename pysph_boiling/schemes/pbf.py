@@ -7,6 +7,7 @@ from pysph.base.kernels import CubicSpline
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
+from pysph_boiling.equations.lean import PBFSweepsLean
 from pysph_boiling.names import SchemeError, current_name, option, unknown, whole_number
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
@@ -186,7 +187,11 @@ class PBFScheme(Scheme):
     def built_terms(self):
         """(terms, why): the terms for the arrays that were set up, with lean sums, or the reason why without them."""
         terms, why = self.terms(), why_general(self, self.given)
-        return (terms if why else lean_terms(terms, self.kernel)), why
+        return (terms if why else lean_terms(terms, self)), why
+
+    def sweep_limits(self):
+        """The smallest and the largest number of density sweeps in one run of their stage."""
+        return self.effects["density"].min_sweeps, SWEEP_LIMIT_FACTOR * self.effects["density"].max_sweeps
 
     def pairs(self):
         """Names (destination, source) of the arrays of every sum over neighbours, sorted."""
@@ -254,8 +259,8 @@ class PBFScheme(Scheme):
         scene, (terms, _) = self.scene(), self.built_terms()
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
-            density = self.effects["density"]
-            limits["sweeps"] = (density.min_sweeps, SWEEP_LIMIT_FACTOR * density.max_sweeps)
+            iterates = any(isinstance(term.equation, PBFSweepsLean) for term in terms)  # itself
+            limits["sweeps"] = (1, 1) if iterates else self.sweep_limits()
         conditions = {"short_step": lambda t, dt: self.arrays[0].prior[0] < 1.0}
         effect_hooks = {slot: effect.hooks(scene) for slot, effect in self.effects.items()}
         needs = {slot: effect.conditions(scene) for slot, effect in self.effects.items()}

@@ -28,6 +28,7 @@ from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import on_host, order, send
 from pysph_boiling.files import whole
+from pysph_boiling.native import AVX2, has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
@@ -42,8 +43,6 @@ NEVER = (-1.0,)  # step at which particles were sorted last
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
 REORDER = ("-O2", "-g0", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fno-math-errno", "-fno-trapping-math",
            "-fno-signed-zeros", "-fassociative-math")
-AVX2 = "-march=x86-64-v3"  # not "native", so that all processors with AVX2 give equal results to the last bit
-AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
 @functools.cache
@@ -60,9 +59,7 @@ def vector_flags():
 
     if "OMP_CFLAGS" in CONFIG_OPTS or platform.system() == "Windows" or not accepted(REORDER):
         return ()
-    processor = Path("/proc/cpuinfo")
-    has = set(processor.read_text().split()) if processor.exists() else set()
-    return (*REORDER, AVX2) if has >= AVX2_NEEDS and accepted([AVX2]) else REORDER
+    return (*REORDER, AVX2) if has_avx2() and accepted([AVX2]) else REORDER
 
 
 def vector_tag():
@@ -75,8 +72,10 @@ def strip_unused_declarations(source):
     """The source of a PySPH module whose wrapper of particle arrays only declares the properties that it uses.
 
     PySPH declares all properties and constants, so that scenes with different effects could not share a module. Others
-    become Python attributes, which only the host reads.
+    become Python attributes, which only the host reads. For the same reason the number that PySPH gives a group of
+    host code, one more for each group of the process, does not stay.
     """
+    source = re.sub(r"AccelerationEval\.Group_\d+\.py_initialize", "AccelerationEval.py_initialize", source)
     used = set(re.findall(r"\b(?:dst|src)\.(\w+)\.data", source)) | set(re.findall(r"self\.\w+\.(\w+)\[0\]", source))
 
     def declared(line):

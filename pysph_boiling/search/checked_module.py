@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from compyle.ext_module import ExtModule, get_platform_dir
+from Cython.Compiler import Errors
 
 try:
     import fcntl
@@ -17,6 +18,8 @@ except ImportError:  # on Windows two simultaneous first runs may compile a modu
     fcntl = None
 
 __all__ = ["CheckedModule"]
+
+NO_WARNINGS = 10  # a level that none of Cython's warnings has
 
 
 class CheckedModule(ExtModule):
@@ -72,6 +75,14 @@ class CheckedModule(ExtModule):
             self.build(force=True)
             checksum.truncate(0)
             checksum.write(sha256(Path(self.ext_path).read_bytes()).hexdigest())
+
+    def build(self, force=False):
+        """Compile without Cython's warnings about PySPH's own declarations."""
+        level, Errors.LEVEL = Errors.LEVEL, NO_WARNINGS
+        try:
+            super().build(force)
+        finally:
+            Errors.LEVEL = level
 
     def open_sum(self):
         try:

@@ -2,6 +2,7 @@
 import numpy as np
 
 from cython.parallel cimport prange
+from libc.stdint cimport uintptr_t
 from libc.stdlib cimport calloc, free, realloc
 from libc.string cimport memset
 from cyarray.carray cimport DoubleArray, LongArray, UIntArray
@@ -266,6 +267,20 @@ cdef class SortedCellNNPS(NNPS):
         self.current = &lists.lists
         if self.use_cache:
             lists.find_all_neighbors()
+
+    def lists(self, int dst_index, int src_index):
+        """The neighbours in one array of all particles of another, for loops of one's own: (begin, count), (n,) each.
+
+        ``begin`` holds addresses of the first neighbour's index (``unsigned int``), ``count`` how many there are. One of
+        the neighbours stands again behind the last, so often that the length is a multiple of 4: loops may read four
+        at a time. Lists are made if they are not there yet, and good until the next ``update``.
+        """
+        cdef SortedCellLists lists = self.cache[dst_index*self.narrays + src_index]
+        cdef long n = self.sorted[dst_index].n
+        lists.find_all_neighbors()
+        if n == 0:
+            return np.zeros(0, np.uintp), np.zeros(0, np.intc)
+        return <uintptr_t[:n]><uintptr_t *>lists.lists.begin, <int[:n]>lists.lists.count
 
     def check_index(self, int dst_index, size_t d_idx):
         """Raise ``IndexError`` for a particle that did not exist at the last update."""

@@ -13,19 +13,27 @@ from compyle.config import get_config
 
 from pysph_boiling.search.checked_module import CheckedModule
 
-__all__ = ["SearchModule", "search_for", "sorted_cell_nnps"]
+__all__ = ["EmbeddedModule", "SearchModule", "search_for", "sorted_cell_nnps"]
 
 HERE = Path(__file__).parent
 LOADED = {}  # with and without OpenMP -> the class
 EXACT = ("-ffp-contract=off",)  # round products and sums separately, as in PySPH's own search
 HEAD = "# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True\n"
-INCLUDE = 'cdef extern from "sorted_cells.h" nogil:'
 
 
-class SearchModule(CheckedModule):
-    """The search as a compiled module; :meth:`CheckedModule.load` compiles it if necessary."""
+class EmbeddedModule(CheckedModule):
+    """A compiled module whose loops are in C++ headers; :meth:`CheckedModule.load` compiles it if it must.
 
-    what = "the neighbour search, which takes 10 to 30 s"
+    ``pyx`` is its source in Cython, ``headers`` are those that it needs, in their order; it takes the last one in by a
+    line ``cdef extern from "NAME" nogil:``.
+    """
+
+    pyx = headers = None  # paths
+
+    @staticmethod
+    def flags():
+        """Flags that it is compiled with besides PySPH's."""
+        return ()
 
     @classmethod
     def make(cls):
@@ -33,19 +41,34 @@ class SearchModule(CheckedModule):
 
         The cache identifies a module by its source, so the source begins with the compiler, flags and versions.
         """
-        flags = exact_flags()
+        flags = cls.flags()
         versions = [f"{name} {metadata.version(name)}" for name in ("pysph", "cyarray", "compyle", "cython", "numpy")]
         used = [*versions, compiler(), *flags, "OpenMP" if get_config().use_openmp else "one thread"]
         folders = [str(Path(package.__file__).parent.parent) for package in (pysph, cyarray)]
-        return cls.of(f"{HEAD}# {', '.join(used)}\n{source()}", extra_compile_args=list(flags), cython_inc_dirs=folders)
+        return cls.of(f"{HEAD}# {', '.join(used)}\n{cls.source()}", extra_compile_args=list(flags),
+                      cython_inc_dirs=folders)
+
+    @classmethod
+    def source(cls):
+        """The source of the module: Cython, with the headers in it."""
+        lines = [line for path in cls.headers
+                 for line in path.read_text(encoding="utf-8").replace("\\", "\\\\").splitlines()
+                 if not line.startswith('#include "')]
+        verbatim = "".join(f"    {line}\n" if line else "\n" for line in lines)
+        return cls.pyx.read_text(encoding="utf-8").replace(
+            f'cdef extern from "{cls.headers[-1].name}" nogil:',
+            f'cdef extern from *:\n    """\n{verbatim}    """\n\ncdef extern from * nogil:')
 
 
-def source():
-    """The source of the module in Cython, with the C++ code of the loops included."""
-    header = (HERE / "sorted_cells.h").read_text(encoding="utf-8").replace("\\", "\\\\")
-    text = (HERE / "sorted_cell_nnps.pyx").read_text(encoding="utf-8")
-    verbatim = "".join(f"    {line}\n" if line else "\n" for line in header.splitlines())
-    return text.replace(INCLUDE, f'cdef extern from *:\n    """\n{verbatim}    """\n\ncdef extern from * nogil:')
+class SearchModule(EmbeddedModule):
+    """The search as a compiled module."""
+
+    what = "the neighbour search, which takes 10 to 30 s"
+    pyx, headers = HERE / "sorted_cell_nnps.pyx", (HERE / "sorted_cells.h",)
+
+    @staticmethod
+    def flags():
+        return exact_flags()
 
 
 @functools.cache

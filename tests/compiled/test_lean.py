@@ -1,92 +1,145 @@
-"""Lean sums against the equations whose place they take: the same, to the order of a sum, on random particles.
+"""Lean equations against those whose place they take: the same, to the order of a sum, on random particles.
 
-Both stand in one compiled module; a group runs when its name is asked for. All properties that a sum may read are
-random, some particles lie at one place, and one has more neighbours than a lean sum fetches at once.
+Two schemes, one of them without lean equations, run a stage on the same particles. All properties that a sum may read
+are random, some particles lie at one place, some outside the container, and some have hundreds of neighbours.
 """
-from copy import copy
-
 import numpy as np
 import pytest
-from harness import Evaluator, host_only, random_cloud
-from pysph.sph.equation import Group
+from harness import Stepper, host_only, random_cloud
+from pysph.base.kernels import WendlandQuintic
+from pysph.base.nnps import LinkedListNNPS
 from sets import scheme
 
-from pysph_boiling.equations.lean import LEAN
+from pysph_boiling.equations.lean import HostSum, LeanSum
 from pysph_boiling.particles import WALL_PROPERTIES, add_properties, fluid_array
-from pysph_boiling.schemes.effects import XSPHViscosity
+from pysph_boiling.schemes.effects import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 
 pytestmark = host_only
 
 ROUND_OFF = 1e-12  # sums of up to 300 terms, in another order
-RHO0, N_FLUID, N_WALL, N_CROWD = 958.0, 400, 80, 150
-STATE = ("m", "h", "x", "y", "z", "uid", "gid", "pid", "tag")  # not drawn at random
+RHO0, N_FLUID, N_WALL, N_CROWD = 958.0, 400, 120, 150
+PRIOR = (0.8, 0.7, 0.5)  # as in a short step: shares of the error, of what the velocity feels, and of the bounds
+INSIDE = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+STATE = ("m", "h", "x", "y", "z", "uid", "gid", "pid", "tag", "bubble", "parent", "grandparent")  # not drawn at random
+WITHIN = ("gcx", "gcy", "gcz", "gc2", "dpx", "dpy", "dpz")  # what general equations keep between two of their groups
+ACCELERATED = DensityConstraint(chebyshev_radius=0.9, max_sweeps=4, tolerance=1e-6)
+CASES = {
+    "boil 2-D": ("boil", 2, dict(density=DensityConstraint(max_sweeps=4, tolerance=1e-6)), {}),
+    "boil 3-D": ("boil", 3, dict(density=DensityConstraint(max_sweeps=4, tolerance=1e-6)), {}),
+    "Wendland's kernel": ("motion", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
+    "accelerated sweeps": ("motion", 3, dict(density=ACCELERATED), {}),
+    "cylinder": ("cylinder", 3, dict(container=CylinderContainer(
+        centre=(0.5, 0.5), radius=0.45, bottom=0.0, top=1.0)), {}),
+}
+STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "cylinder": ("density",)}
 
 
-class Both:
-    """Each general equation and its lean sum, as groups of one module."""
-
-    def __init__(self, dim):
-        spacing = N_FLUID ** (-1.0 / dim)
-        points = random_cloud(N_FLUID + N_CROWD, dim, seed=1)
-        points[-N_CROWD:, :dim] = 0.5 + spacing * (points[-N_CROWD:, :dim] - 0.5)
-        points[1:6:2] = points[0:5:2]  # pairs at one place
-        fluid = fluid_array(points, spacing=spacing, dim=dim, rho0=RHO0)
-        wall = fluid_array(random_cloud(N_WALL, dim, seed=2) - [0.5, 0.0, 0.0], spacing=spacing, dim=dim, rho0=RHO0,
-                           name="wall")
-        random = np.random.default_rng(3)
-        wall.m *= random.uniform(0.5, 2.0, N_WALL)
-        self.scheme = scheme("boil", dim=dim, spacing=spacing, changes=dict(viscosity=XSPHViscosity(wall=1.0)))
-        add_properties(wall, WALL_PROPERTIES)
-        wall.heated[:] = random.integers(0, 2, N_WALL)
-        wall.T_heater[:] = 400.0 * random.integers(0, 2, N_WALL)
-        add_properties(fluid, self.scheme.effect_rows("properties"))
-        constants = {}
-        for effect in self.scheme.effects.values():
-            constants.update(effect.constants(self.scheme.scene()))
-        for name, value in constants.items():
-            fluid.add_constant(name, value)
-        self.fluid, self.arrays, self.wanted = fluid, [fluid, wall], None
-        self.shuffle(random)
-        general = {type(term.equation): term.equation for term in self.scheme.terms()}
-        groups = []
-        for cls in LEAN:
-            for name, equation in ((f"{cls.__name__}_general", copy(general[cls])),
-                                   (f"{cls.__name__}_lean", LEAN[cls](general[cls], self.scheme.kernel))):
-                groups.append(Group([equation], name=name, condition=lambda t, dt, name=name: name == self.wanted))
-        self.evaluator = Evaluator(self.arrays, groups, dim=dim)
-
-    def shuffle(self, random):
-        """Give every property of the fluid random values of its kind, and keep them."""
-        n = self.fluid.get_number_of_particles()
-        for name, array in self.fluid.properties.items():
-            if name not in STATE:
-                values = array.get_npy_array()
-                values[:] = random.uniform(0.5, 1.5, n) if values.dtype.kind == "f" else random.integers(0, 4, n)
-        self.fluid.lmbda[::3] = 0.0
-        for name in ("u", "v", "w"):
-            self.fluid.get(name)[:] = random.normal(size=n)
-        self.fluid.heat_dt[0] = self.fluid.heater_on[0] = 1.0
-        self.kept = {name: array.get_npy_array().copy() for name, array in self.fluid.properties.items()}
-
-    def run(self, cls, form):
-        """All properties of the fluid after one evaluation from the kept state."""
-        for name, values in self.kept.items():
-            self.fluid.get(name)[:] = values
-        self.wanted = f"{cls.__name__}_{form}"
-        self.evaluator.run()
-        return {name: self.fluid.get(name).copy() for name in self.kept}
+def vessel(name, dim, changes, options, lean):
+    """A scheme of a set on random particles, ready to run its stages."""
+    spacing = N_FLUID ** (-1.0 / dim)
+    points = random_cloud(N_FLUID + N_CROWD, dim, seed=1)
+    points[-N_CROWD:, :dim] = 0.5 + spacing * (points[-N_CROWD:, :dim] - 0.5)
+    points[1:6:2] = points[0:5:2]  # pairs at one place
+    points[6:12, :dim] += 0.7  # outside
+    fluid = fluid_array(points, spacing=spacing, dim=dim, rho0=RHO0)
+    wall = fluid_array(random_cloud(N_WALL, dim, seed=2) - [0.5, 0.0, 0.0], spacing=spacing, dim=dim, rho0=RHO0,
+                       name="wall")
+    sites = fluid_array(random_cloud(3, dim, seed=4), spacing=spacing, dim=dim, rho0=RHO0, name="sites")
+    if name != "cylinder":
+        changes = changes | dict(container=BoxContainer(lower=INSIDE[0], upper=INSIDE[1]),
+                                 viscosity=XSPHViscosity(wall=1.0 if name == "motion" else 0.0))
+    density = changes.pop("density", DensityConstraint(max_sweeps=4, tolerance=1e-6))
+    made = scheme(name, dim=dim, spacing=spacing, changes=changes, density=density, lean=lean, **options)
+    arrays = [fluid, wall, *([sites] if name == "boil" else [])]
+    random = np.random.default_rng(3)
+    wall.m *= random.uniform(0.5, 2.0, N_WALL)
+    add_properties(wall, WALL_PROPERTIES)
+    wall.heated[:] = random.integers(0, 2, N_WALL)
+    wall.T_heater[:] = 400.0 * random.integers(0, 2, N_WALL)
+    made.setup_properties(arrays)
+    for prop, array in fluid.properties.items():
+        if prop not in STATE:
+            values, n = array.get_npy_array(), fluid.get_number_of_particles()
+            values[:] = random.uniform(0.5, 1.5, n) if values.dtype.kind == "f" else random.integers(0, 4, n)
+    for prop in ("u", "v", "w"):
+        fluid.get(prop)[:] = random.normal(size=len(fluid.x))
+    return Stepper(made, arrays, dt=1e-3)
 
 
-@pytest.fixture(scope="module", params=[2, 3], ids=["2-D", "3-D"])
+def after(stepper, stage):
+    """Fluid and constants after one run of a stage from the state in which the stepper was made: name -> values."""
+    fluid = stepper.arrays["fluid"]
+    begin = {name: fluid.get(name).copy() for name in fluid.properties}
+    constants = {name: values.get_npy_array().copy() for name, values in fluid.constants.items()}
+    if stage == "density":
+        stepper.solver.integrator.density(1e-3)
+        fluid.prior[:] = PRIOR
+    stepper.run_stage(stage)
+    found = {name: fluid.get(name).copy() for name in begin if name not in WITHIN}
+    found |= {f"constant {name}": fluid.constants[name].get_npy_array().copy() for name in constants}
+    for name, values in begin.items():
+        fluid.get(name)[:] = values
+    for name, values in constants.items():
+        fluid.constants[name].get_npy_array()[:] = values
+    return begin, found
+
+
+@pytest.fixture(scope="module", params=CASES)
 def both(request):
-    return Both(request.param)
+    """The name of a set, and its vessel with general equations and with lean ones."""
+    name, dim, changes, options = CASES[request.param]
+    return name, *(vessel(name, dim, dict(changes), options, lean) for lean in (False, True))
 
 
-@pytest.mark.parametrize("cls", LEAN, ids=lambda cls: cls.__name__)
-def test_a_lean_sum_is_the_general_equation(both, cls):
-    general, lean = both.run(cls, "general"), both.run(cls, "lean")
-    changed = [name for name in general if np.any(general[name] != both.kept[name])]
+def compare(begin, general, lean, scale=ROUND_OFF):
+    changed = [name for name in begin if name in general and np.any(general[name] != begin[name])]
     assert changed
     for name in general:
-        scale = np.max(np.abs(general[name] - both.kept[name]), initial=0.0)
-        np.testing.assert_allclose(lean[name], general[name], rtol=0.0, atol=ROUND_OFF * scale, err_msg=name)
+        if name == "contacts":  # who was put on a round wall is beyond it by round-off, or not
+            assert np.mean(lean[name] != general[name]) < 0.05
+            continue
+        size = np.max(np.abs(general[name] - begin.get(name, 0.0)), initial=0.0, where=np.isfinite(general[name]))
+        np.testing.assert_allclose(lean[name], general[name], rtol=0.0, atol=scale * size, err_msg=name)
+    return changed
+
+
+@pytest.mark.parametrize("stage", ["heat", "density", "forces"])
+def test_lean_equations_are_the_general_ones(both, stage):
+    name, general, lean = both
+    if stage not in STAGES[name]:
+        return
+    begin, expected = after(general, stage)
+    _, found = after(lean, stage)
+    changed = compare(begin, expected, found)
+    wanted = {"heat": {"ae"}, "density": {"x", "sx", "rho", "lmbda", "compression", "limited"}, "forces": {"au", "aw"}}
+    assert wanted[stage] - ({"aw"} if general.scheme.dim == 2 else set()) <= set(changed)
+    if stage == "density":
+        assert expected["constant sweeps"][0] >= 4 and np.any(expected["lmbda"] == 0.0)
+        assert np.any(found["contacts"] != begin["contacts"])
+
+
+def test_what_is_compared_is_lean(both):
+    def built(stepper):
+        return {type(e) for stage in stepper.equations.groups for parent in stage for group in parent.equations
+                for e in group.equations}
+
+    _, general, lean = both
+    assert not any(issubclass(cls, (HostSum, LeanSum)) for cls in built(general))
+    assert any(issubclass(cls, HostSum) for cls in built(lean))
+
+
+def test_lists_of_another_search_serve(both):
+    """PySPH's linked list keeps lists of its own, in another order."""
+    _, _, lean = both
+    _, expected = after(lean, "density")
+    integrator, arrays = lean.solver.integrator, list(lean.arrays.values())
+    ours = integrator.nnps
+    theirs = LinkedListNNPS(dim=lean.scheme.dim, particles=arrays, radius_scale=lean.scheme.kernel.radius_scale,
+                            cache=True)
+    assert not hasattr(theirs, "lists")
+    try:
+        integrator.nnps = theirs
+        begin, found = after(lean, "density")
+    finally:
+        integrator.nnps = ours
+    compare(begin, expected, found)

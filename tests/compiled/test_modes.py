@@ -17,8 +17,8 @@ from pysph_boiling.schemes.modes import MODES, effects_in_mode
 
 
 @pytest.mark.parametrize("mode, effects, words", [
-    ("gu", {}, "mode 'gu' needs a scene with the effect 'phases'; this one has none"),
-    ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'preset_nucleation'; this one has phases"),
+    ("gu", {}, "mode 'gu' needs a scene with the effect 'phases', but this one has none"),
+    ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'preset_nucleation', but this one has phases"),
     ("macklin", BOIL, "no mode 'macklin'; there are: dynamic, gu, li_xiao"),
 ])
 def test_scene_that_has_no_such_mode(mode, effects, words):
@@ -125,5 +125,5 @@ def test_run_json_and_options_of_a_mode(runs, tmp_path):
     app = DamBreak(output_dir=str(tmp_path))
     app.set_args(["--mode", "gu", "--disable-output"])
     app._parse_command_line(force=True)
-    with pytest.raises(ValueError, match="needs a scene with the effect 'phases'; this one has density"):
+    with pytest.raises(ValueError, match="needs a scene with the effect 'phases', but this one has density"):
         app._prepare()

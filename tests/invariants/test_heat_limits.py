@@ -162,8 +162,8 @@ def test_contact_with_a_heater_is_within_the_explicit_limit(kernel, dim):
 
 
 @pytest.mark.parametrize(("heated", "T_heater", "message"), [
-    (2, 0.0, "heated of wall particle 3 of 'wall' must be 0 or 1; T_heater .K. gives heaters temperatures of their "
-             "own, got 2"),
+    (2, 0.0, "heated of wall particle 3 of 'wall' must be 0 or 1; T_heater .K. sets the temperature of "
+             "individual heaters, got 2"),
     (1, -5.0, "T_heater of wall particle 3 of 'wall' must be below the critical point, 647.1 K, and > 0 K"),
     (1, 700.0, "T_heater of wall particle 3 of 'wall' must be below the critical point, 647.1 K"),
     (1, np.nan, "T_heater of wall particle 3 of 'wall' must be below the critical point"),
@@ -180,7 +180,7 @@ def test_heater_that_would_be_silently_dead_is_refused(heated, T_heater, message
 
 
 def test_heater_of_a_flux_has_no_temperature():
-    with pytest.raises(ValueError, match="with a flux no wall particle has a T_heater, but some of 'wall' have"):
+    with pytest.raises(ValueError, match="with a flux wall particles must not have a T_heater, but some of 'wall'"):
         exchange(T_heater=400.0)
 
 

@@ -16,7 +16,7 @@ FOLDER = Path(package.__file__).parent
 
 
 def test_it_imports_nothing_of_ours():
-    known = {"numpy", "pysph", "compyle", "cyarray", "pysph_boiling.search"} | set(sys.stdlib_module_names)
+    known = {"numpy", "pysph", "compyle", "cyarray", "Cython", "pysph_boiling.search"} | set(sys.stdlib_module_names)
     for path in FOLDER.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else \
@@ -27,7 +27,7 @@ def test_it_imports_nothing_of_ours():
 def test_sources_are_in_the_package():
     text = (Path(__file__).parents[2] / "setup.py").read_text()
     assert {path.suffix for path in FOLDER.iterdir() if path.suffix not in (".py", "")} == {".h", ".pyx"}
-    assert '"pysph_boiling.search": ["*.h", "*.pyx"]' in text
+    assert '"pysph_boiling.search": ["*.h", "*.pyx"]' in text and '"pysph_boiling.native": ["*.h", "*.pyx"]' in text
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def test_another_compiler_version_or_flag_is_another_module(name, monkeypatch):
     assert name() == first
     version = metadata.version
     changes = [(sorted_cells, "compiler", lambda: "gcc 99"), (sorted_cells, "exact_flags", lambda: ("-O1",)),
-               (sorted_cells, "source", lambda: "x = 1"), (get_config(), "use_openmp", False)]
+               (sorted_cells.SearchModule, "source", lambda: "x = 1"), (get_config(), "use_openmp", False)]
     changes += [(metadata, "version", lambda asked, one=one: version(asked) + (".9" if asked == one else ""))
                 for one in ("pysph", "cyarray", "compyle", "cython", "numpy")]
     for where, what, new in changes:
@@ -56,7 +56,7 @@ def test_it_says_that_it_compiles(tmp_path, monkeypatch):
     told = []
     monkeypatch.setattr(sorted_cells.SearchModule, "say", told.append)
     monkeypatch.setattr(sorted_cells.SearchModule, "build", lambda self, force: Path(self.ext_path).write_text("made"))
-    module = sorted_cells.SearchModule(sorted_cells.source(), root=str(tmp_path))
+    module = sorted_cells.SearchModule(sorted_cells.SearchModule.source(), root=str(tmp_path))
     for _ in range(2):
         module.write_and_build()
     assert told == ["compiling the neighbour search, which takes 10 to 30 s; later runs reuse it"] and module.whole()

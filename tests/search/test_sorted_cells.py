@@ -1,4 +1,5 @@
 """The neighbour search finds what PySPH's linked lists find, in one order whatever the threads."""
+import ctypes
 import itertools
 import unittest
 
@@ -53,6 +54,13 @@ def assert_same(found, expected):
         np.testing.assert_array_equal([len(row) for row in found[pair]], [len(row) for row in rows], err_msg=f"{pair}")
         if rows:
             np.testing.assert_array_equal(*(np.concatenate(one) for one in (found[pair], rows)), err_msg=f"{pair}")
+
+
+def raw(nnps, d, s):
+    """The lists as loops of one's own read them, filled up to a multiple of four; and their lengths."""
+    begin, count = (np.asarray(one) for one in nnps.lists(d, s))
+    return [np.array((ctypes.c_uint * (-(-int(n) // 4) * 4)).from_address(int(at))) if n else np.zeros(0, int)
+            for at, n in zip(begin, count)], count
 
 
 def brute(arrays, scale):
@@ -410,3 +418,21 @@ def test_pysphs_own_tests_of_a_search(monkeypatch):
         suite.addTests(unittest.defaultTestLoader.loadTestsFromTestCase(case))
     suite.run(result)
     assert result.testsRun > 15 and not result.failures + result.errors
+
+
+def test_lists_for_loops_of_ones_own():
+    random = np.random.default_rng(5)
+    arrays = [array(random.random((300, 3)), 0.1), array(random.random((40, 3)), 0.07, name="wall"),
+              array(np.zeros((0, 3)), 0.1, name="none")]
+    nnps = sorted_cell_nnps()(dim=3, particles=arrays, radius_scale=2.0)
+    expected = lists(nnps)
+    for pair, rows in expected.items():
+        filled, count = raw(nnps, *pair)
+        np.testing.assert_array_equal(count, [len(row) for row in rows])
+        for whole, row in zip(filled, rows):
+            np.testing.assert_array_equal(whole[:len(row)], row)
+            assert set(whole) == set(row)
+    assert any(len(row) % 4 for row in expected[0, 0])
+    arrays[0].x += 1e-3
+    nnps.update()
+    assert len(raw(nnps, 0, 1)[0]) == 300

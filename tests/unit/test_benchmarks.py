@@ -159,6 +159,25 @@ def test_what_differs_between_versions_is_told(change, found):
     assert not verdict["holds"] and verdict["found"] == found
 
 
+def test_a_twin_says_what_round_off_does():
+    """What differs by as much as in the twin is the same; more is not."""
+    twin, changed = boiling(x=(0.0, 1.0, 2.002, 3.0), phase=(0, 3, 3, 3)), boiling(phase=(3, 3, 3, 3))
+    assert boil.same_positions(boiling(), boiling(x=(0.0, 1.009, 2.0, 3.0)), 12, twin)["holds"]
+    assert not boil.same_positions(boiling(), boiling(x=(0.0, 1.021, 2.0, 3.0)), 12, twin)["holds"]
+    assert not boil.same_events(boiling(), changed, 50)["holds"]
+    verdict = boil.same_events(boiling(), changed, 50, twin)
+    assert verdict["holds"] and "in the twin 1 are in another phase, and 0 have another label" in verdict["found"]
+    assert not boil.same_events(boiling(), boiling(bubble=(9, 9, 2, 3)), 50, twin)["holds"]
+    assert not boil.same_events(boiling(), boiling(phase=(3, 3, 1, 3)), 50, twin)["holds"]
+
+
+def test_a_twin_starts_a_little_away(tmp_path):
+    state = boiling()
+    with np.load(boil.moved(state, tmp_path / "moved.npz")) as data:
+        away = boil.distances(state, dict(data))
+    assert 0.0 < away.max() < 10 * boil.TWIN
+
+
 def test_other_particles_are_at_no_distance():
     assert not boil.same_positions(boiling(), boiling(uid=(0, 1, 2, 7)), 12)["holds"]
 

@@ -3,14 +3,18 @@ from argparse import ArgumentParser
 
 import numpy as np
 import pytest
+import sets
+from full import make, subgroups
 from pysph.base.kernels import Gaussian
 from sets import scheme
 
-from pysph_boiling.equations.lean import LEAN, LeanSum
+from pysph_boiling.equations.density_constraint import PBFLambda, PBFMove
+from pysph_boiling.equations.lean import LEAN, HostSum, LeanSum, PBFForcesLean, PBFSweepsLean
+from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
 from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.schemes import lean
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import HeatConduction
+from pysph_boiling.schemes.effects import BoxContainer, HeatConduction, MechanicalLedger
 
 DX = 0.01
 CORNERS = (0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0)
@@ -34,7 +38,8 @@ def test_lean_sums_serve_where_masses_and_smoothing_lengths_are_uniform():
     made, built = build()
     asked_for = {type(term.equation) for term in made.terms()}
     assert {LEAN[cls] for cls in asked_for & set(LEAN)} <= built and not built & set(LEAN)
-    assert "lean sums are used: the equations named ...Lean" in made.describe() and "PBFDensityLean" in made.describe()
+    assert {PBFSweepsLean, PBFForcesLean} <= built and not built & {PBFLambda, PBFMove, PBFXSPHViscosity, PBFBodyForce}
+    assert "lean sums are used: the equations named ...Lean" in made.describe() and "PBFSweepsLean" in made.describe()
 
 
 @pytest.mark.parametrize(("change", "why"), [
@@ -45,7 +50,7 @@ def test_lean_sums_serve_where_masses_and_smoothing_lengths_are_uniform():
 def test_general_equations_serve_where_arrays_are_not_uniform(change, why):
     """Arrays are looked at when the scheme is built, so that what a run that goes on has read counts too."""
     made, built = build(change)
-    assert not any(issubclass(cls, LeanSum) for cls in built)
+    assert not any(issubclass(cls, (HostSum, LeanSum)) for cls in built)
     assert f"lean sums are not used: {why}" in made.describe()
 
 
@@ -56,7 +61,8 @@ def test_masses_of_walls_may_differ():
 
 def test_lean_sums_can_be_turned_off():
     made, built = build(lean=False)
-    assert not any(issubclass(cls, LeanSum) for cls in built) and "lean sums are not used: as asked" in made.describe()
+    assert not any(issubclass(cls, (HostSum, LeanSum)) for cls in built)
+    assert "lean sums are not used: as asked" in made.describe()
 
 
 @pytest.mark.parametrize(("arguments", "wanted"), [([], True), (["--no-lean"], False)])
@@ -78,3 +84,23 @@ def test_general_equations_serve_on_a_device_and_with_other_kernels(monkeypatch)
 def test_nothing_is_lean_before_the_particles_are_known():
     made = scheme("motion", dim=2, spacing=DX)
     assert made.built_terms()[1] == "particles are not known yet"
+
+
+@pytest.mark.parametrize(("fluids", "effects", "compiler", "why"), [
+    (["fluid", "other"], {}, True, "there are several fluids"),
+    (["fluid"], {"mechanics": MechanicalLedger()}, True, "the mechanical ledger looks at what each equation does"),
+    (["fluid"], {}, False, "they need GCC or Clang"),
+])
+def test_where_general_equations_serve(fluids, effects, compiler, why, monkeypatch):
+    monkeypatch.setattr(lean, "compiler_serves", lambda: compiler)
+    made = BoilingScheme(fluids, [], dim=2, spacing=DX, container=BoxContainer(), **effects)
+    arrays = {name: fluid_block(*CORNERS, spacing=DX, dim=2, rho0=made.rho0, name=name) for name in fluids}
+    assert lean.why_general(made, arrays) == why
+
+
+def test_terms_that_lean_ones_do_not_know_stay():
+    """With vapour that swells the density sweeps stay, and what else is lean is lean."""
+    made, _, equations = make(effects=sets.SETS["expand"])
+    built = {type(e).__name__ for _, group in subgroups(equations) for e in group.equations}
+    assert {"PBFDensitySwollen", "PBFMove", "PBFForcesLean", "HeatConductionClearyMonaghanLean"} <= built
+    assert "PBFSweepsLean" not in built

@@ -5,7 +5,8 @@ from collections import Counter
 import mutants
 import pytest
 
-MODULES = {path.stem for path in (mutants.ROOT / mutants.EQUATIONS).glob("*.py")} - {"__init__"}
+MODULES = {path.stem for path in (mutants.ROOT / mutants.EQUATIONS).glob("*.py")} - {"__init__"} | {
+    path.name for path in (mutants.ROOT / mutants.NATIVE).glob("*.h")}
 
 
 def code(source):
@@ -19,8 +20,8 @@ def code(source):
 
 @pytest.mark.parametrize("mutant", mutants.MUTANTS, ids=[f"{m.module}: {m.what}" for m in mutants.MUTANTS])
 def test_mutant_changes_a_kernel_and_is_still_python(mutant):
-    whole = (mutants.ROOT / mutants.EQUATIONS / f"{mutant.module}.py").read_text()
-    assert code(mutants.mutated(mutant)) != code(whole)
+    whole, mutated = (mutants.ROOT / mutant.path).read_text(), mutants.mutated(mutant)
+    assert mutated != whole if mutant.path.suffix == ".h" else code(mutated) != code(whole)
     assert all((mutants.ROOT / "tests" / name).is_file() for name in mutant.tests)
 
 

@@ -34,7 +34,8 @@ def test_groups_suit_every_backend(name):
 
 def test_sweeps_are_limited_as_asked():
     effects = {**sets.SETS["motion"], "density": EFFECTS["density"][0](min_sweeps=3, max_sweeps=5)}
-    (parent,) = [parent for parent, group in subgroups(make(effects=effects)[2]) if group.name == "density_move"]
+    (parent,) = [parent for parent, group in subgroups(make(effects=effects, lean=False)[2])
+                 if group.name == "density_move"]
     assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
 
 

@@ -1,0 +1,55 @@
+"""Sums over neighbours and density sweeps in C, for uniform masses and smoothing lengths, on the host.
+
+They are compiled once, by GCC or Clang, as PySPH compiles its modules. The equations that call them are
+:mod:`pysph_boiling.equations.lean`.
+"""
+import functools
+from pathlib import Path
+
+from compyle.config import get_config
+
+from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
+
+__all__ = ["AVX2", "FluidModule", "compiler_serves", "fluid_sums", "has_avx2"]
+
+HERE = Path(__file__).parent
+FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math")
+AVX2 = "-march=x86-64-v3"  # not "native", so that all processors with AVX2 give equal results to the last bit
+AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
+
+
+class FluidModule(EmbeddedModule):
+    """The sums and sweeps as a compiled module."""
+
+    what = "the sums over neighbours, which takes 10 to 20 s"
+    pyx = HERE / "fluid_sums.pyx"
+    headers = tuple(HERE / name for name in ("pair_sums.h", "density_sweeps.h", "exchange.h"))
+
+    @staticmethod
+    def flags():
+        return (*FAST, AVX2) if has_avx2() else FAST
+
+
+@functools.cache
+def has_avx2():
+    """Whether the processor has what the flag ``AVX2`` compiles for."""
+    processor = Path("/proc/cpuinfo")
+    return processor.exists() and set(processor.read_text().split()) >= AVX2_NEEDS
+
+
+def compiler_serves():
+    """Whether the compiler is GCC or Clang, whose vectors the sums are written with."""
+    return bool(exact_flags())
+
+
+@functools.cache
+def _loaded(threaded):
+    return FluidModule.make().load()
+
+
+def fluid_sums():
+    """The module, with OpenMP if PySPH's configuration has it; it is compiled when it is first asked for.
+
+    Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
+    """
+    return _loaded(bool(get_config().use_openmp))

@@ -1,0 +1,215 @@
+/* The density sweeps in two loops over the particles: what PBFDensity, PBFBoundaryDensity, PBFLambda and, in the second
+ * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated and the containers compute, where
+ * all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
+ *
+ * Sums over all particles are made block by block, in one order whatever the threads.
+ */
+#ifndef DENSITY_SWEEPS_H
+#define DENSITY_SWEEPS_H
+#include "pair_sums.h"
+
+#define SWEEP_BLOCK 256                 /* particles whose sums are added up first */
+
+enum { NO_CONTAINER, BOX, CYLINDER };
+
+typedef struct {
+    PairKernel kernel;
+    int container;
+    double m, rho_rest, eps, omega, max_displacement, nudge;
+    double depth, low[3], high[3];      /* box; of a cylinder low[2] and high[2] are its ends */
+    double centre[2], radius;
+} SweepModel;
+
+typedef struct {                        /* of the fluid */
+    long n;
+    double *x, *y, *z, *sx, *sy, *sz, *qx, *qy, *qz;    /* qx to qz: NULL for plain sweeps */
+    double *rho, *lmbda, *compression, *left_over;
+    int *limited, *contacts, *projected;                /* the last two: NULL without a container */
+    const unsigned int *uid;
+} SweepFluid;
+
+typedef struct { Four x, y, z, w, gx, gy, gz, gg; } DensitySums;
+
+PAIR_INLINE void add_density(DensitySums *sum, const PairSource *s, const unsigned int *neighbours, Four counted,
+                             const PairKernel *kernel, int wendland, int weighted) {
+    const FourRecords at = four_records(s->records, neighbours);
+    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Four weight = weighted ? at.w*counted : counted, f = four_gradient(kernel, wendland, p, weight);
+    sum->w += weight*four_kernel(kernel, wendland, p);
+    sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
+    sum->gg += f*f * p.r2;
+}
+
+/* out: sums of W, of f (dx, dy, dz) and of f^2 r^2, f = (1/q) dW/dq; if ``weighted``, W and f times a record's w. */
+PAIR_INLINE void sum_density(const PairSource *s, long i, const PairKernel *kernel, int wendland, int weighted,
+                             double x, double y, double z, double *out) {
+    const unsigned int *neighbours = s->begin[i];
+    const int n = s->count[i], last = (n - 1) & ~3;
+    const Four none = four(0.0);
+    DensitySums sum = {four(x), four(y), four(z), none, none, none, none, none};
+    for (int k = 0; k < last; k += 4) add_density(&sum, s, neighbours + k, four(1.0), kernel, wendland, weighted);
+    if (n > 0) add_density(&sum, s, neighbours + last, four_counted(n), kernel, wendland, weighted);
+    out[0] = four_sum(sum.w); out[1] = four_sum(sum.gx); out[2] = four_sum(sum.gy); out[3] = four_sum(sum.gz);
+    out[4] = four_sum(sum.gg);
+}
+
+typedef struct { Four x, y, z, plus, gx, gy, gz, here; } GradientSums;
+
+PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Four counted,
+                              const PairKernel *kernel, int wendland) {
+    const FourRecords at = four_records(s->records, neighbours);
+    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Four f = four_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
+    sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
+    sum->here += p.q < four(COINCIDENT) ? counted : four(0.0);
+}
+
+/* out: sums of (plus + w) f (dx, dy, dz); how many neighbours are at the same place, itself among them. */
+PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, double plus,
+                              double x, double y, double z, double *out) {
+    const unsigned int *neighbours = s->begin[i];
+    const int n = s->count[i], last = (n - 1) & ~3;
+    const Four none = four(0.0);
+    GradientSums sum = {four(x), four(y), four(z), four(plus), none, none, none, none};
+    for (int k = 0; k < last; k += 4) add_gradient(&sum, s, neighbours + k, four(1.0), kernel, wendland);
+    if (n > 0) add_gradient(&sum, s, neighbours + last, four_counted(n), kernel, wendland);
+    out[0] = four_sum(sum.gx); out[1] = four_sum(sum.gy); out[2] = four_sum(sum.gz); out[3] = four_sum(sum.here);
+}
+
+/* Particles of block b: density and multipliers; their sums of errors to ``partial``. */
+PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid,
+                                const PairSource *own, const PairSource *walls, int n_walls, double forgiven,
+                                double *partial) {
+    const PairKernel kernel = p->kernel;
+    const double scale = pair_scale(&kernel), slope = scale * kernel.h1*kernel.h1 / p->rho_rest;
+    double all = 0.0, left = 0.0, worst = 0.0, out[5];
+    const long end = (b + 1) * SWEEP_BLOCK < fluid->n ? (b + 1) * SWEEP_BLOCK : fluid->n;
+    for (long i = b * SWEEP_BLOCK; i < end; i++) {
+        const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2], f = p->m * slope;
+        sum_density(own, i, &kernel, wendland, 0, x, y, z, out);
+        double rho = p->m * scale * out[0], gx = f * out[1], gy = f * out[2], gz = f * out[3];
+        const double others = f*f * out[4] / p->m;
+        for (int k = 0; k < n_walls; k++)
+            if (walls[k].count[i] > 0) {
+                sum_density(&walls[k], i, &kernel, wendland, 1, x, y, z, out);
+                rho += scale * out[0]; gx += slope * out[1]; gy += slope * out[2]; gz += slope * out[3];
+            }
+        const double error = larger(rho / p->rho_rest - 1.0, 0.0), own_part = (gx*gx + gy*gy + gz*gz) / p->m;
+        const double wanted = error - forgiven * fluid->left_over[i];
+        fluid->rho[i] = rho;
+        fluid->compression[i] = error;
+        fluid->lmbda[i] = wanted > 0.0 ? -wanted / (own_part + others + p->eps) : 0.0;
+        all += error; left += larger(wanted, 0.0); worst = larger(worst, error);
+    }
+    partial[3*b] = all; partial[3*b + 1] = left; partial[3*b + 2] = worst;
+}
+
+/* Density and multipliers; found: sum of the errors, sum of those that are to be worked off, largest error. */
+static void sweep_multipliers(const SweepModel *p, const SweepFluid *fluid, const PairSource *own,
+                              const PairSource *walls, int n_walls, double forgiven, double *partial, double *found) {
+    const long blocks = (fluid->n + SWEEP_BLOCK - 1) / SWEEP_BLOCK;
+    #pragma omp parallel for schedule(static)
+    for (long b = 0; b < blocks; b++)
+        if (p->kernel.wendland) multipliers_of(b, p, 1, fluid, own, walls, n_walls, forgiven, partial);
+        else multipliers_of(b, p, 0, fluid, own, walls, n_walls, forgiven, partial);
+    found[0] = found[1] = found[2] = 0.0;
+    for (long b = 0; b < blocks; b++) {
+        found[0] += partial[3*b]; found[1] += partial[3*b + 1]; found[2] = larger(found[2], partial[3*b + 2]);
+    }
+}
+
+static double sweep_uniform(unsigned int u, unsigned int v) {   /* boiling_uniform */
+    unsigned int h = u + v*40503u;
+    h ^= h >> 16; h *= 569420461u; h ^= h >> 15; h *= 1935289751u; h ^= h >> 15;
+    return h * 4.656612873077393e-10 - 1.0;
+}
+
+/* Another particle lies at the place of particle i: a displacement along a direction hashed from their uids. */
+static void set_apart(const SweepModel *p, const SweepFluid *fluid, const PairSource *own, long i, double nudge,
+                      double *d) {
+    for (int k = 0; k < own->count[i]; k++) {
+        const unsigned int j = own->begin[i][k];
+        unsigned int low = fluid->uid[i], high = fluid->uid[j];
+        const double x = own->records[4*i] - own->records[4l*j], y = own->records[4*i + 1] - own->records[4l*j + 1],
+                     z = own->records[4*i + 2] - own->records[4l*j + 2];
+        if (low == high || sqrt(x*x + y*y + z*z) * p->kernel.h1 >= COINCIDENT) continue;
+        double f = nudge;
+        if (low > high) { unsigned int swap = low; low = high; high = swap; f = -f; }
+        d[0] += f * sweep_uniform(low, high);
+        d[1] += f * sweep_uniform(high, low);
+        d[2] += p->kernel.deep ? f * sweep_uniform(low, high + 1013u) : 0.0;
+    }
+}
+
+static void contain(const SweepModel *p, const SweepFluid *fluid, long i, double feels) {
+    double x = fluid->x[i], y = fluid->y[i], z = fluid->z[i];
+    if (p->container == BOX) {
+        x = smaller(larger(x, p->low[0]), p->high[0]);
+        y = smaller(larger(y, p->low[1]), p->high[1]);
+        z = smaller(larger(z, p->low[2]), p->high[2]);
+    } else {
+        const double rx = x - p->centre[0], ry = p->kernel.deep ? y - p->centre[1] : 0.0, r = sqrt(rx*rx + ry*ry);
+        if (r > p->radius) {
+            x = p->centre[0] + rx * p->radius / r;
+            if (p->kernel.deep) y = p->centre[1] + ry * p->radius / r;
+        }
+        if (p->kernel.deep) z = smaller(larger(z, p->low[2]), p->high[2]);
+        else y = smaller(larger(y, p->low[2]), p->high[2]);
+    }
+    const double dx = x - fluid->x[i], dy = y - fluid->y[i], dz = z - fluid->z[i], moved = sqrt(dx*dx + dy*dy + dz*dz);
+    if (moved > 0.0) {
+        fluid->sx[i] += feels * dx; fluid->sy[i] += feels * dy; fluid->sz[i] += feels * dz;
+        fluid->x[i] = x; fluid->y[i] = y; fluid->z[i] = z;
+        if (moved > p->depth) fluid->projected[i] += 1;
+        else fluid->contacts[i] += 1;
+    }
+}
+
+/* Particles of block b: their corrections, applied. */
+PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
+                         const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
+    const PairKernel kernel = p->kernel;
+    const double slope = pair_scale(&kernel) * kernel.h1*kernel.h1 / p->rho_rest;
+    const long end = (b + 1) * SWEEP_BLOCK < fluid->n ? (b + 1) * SWEEP_BLOCK : fluid->n;
+    for (long i = b * SWEEP_BLOCK; i < end; i++) {
+        const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2];
+        const double lmbda = own->records[4*i + 3];
+        double out[4], d[3];
+        sum_gradient(own, i, &kernel, wendland, lmbda, x, y, z, out);
+        d[0] = slope * out[0]; d[1] = slope * out[1]; d[2] = slope * out[2];
+        if (out[3] > 1.0) set_apart(p, fluid, own, i, p->nudge * nudge, d);
+        if (lmbda != 0.0)
+            for (int k = 0; k < n_walls; k++)
+                if (walls[k].count[i] > 0) {
+                    const double f = lmbda * slope / p->m;
+                    sum_gradient(&walls[k], i, &kernel, wendland, 0.0, x, y, z, out);
+                    d[0] += f * out[0]; d[1] += f * out[1]; d[2] += f * out[2];
+                }
+        double f = p->omega * weight;
+        d[0] *= f; d[1] *= f; d[2] *= f;
+        if (fluid->qx) {
+            d[0] += (weight - 1.0) * fluid->qx[i]; d[1] += (weight - 1.0) * fluid->qy[i];
+            d[2] += (weight - 1.0) * fluid->qz[i];
+        }
+        const double size = sqrt(d[0]*d[0] + d[1]*d[1] + d[2]*d[2]);
+        if (size > p->max_displacement) {
+            f = p->max_displacement / size;
+            d[0] *= f; d[1] *= f; d[2] *= f;
+            fluid->limited[i] += 1;
+        }
+        if (fluid->qx) { fluid->qx[i] = d[0]; fluid->qy[i] = d[1]; fluid->qz[i] = d[2]; }
+        fluid->x[i] = x + d[0]; fluid->y[i] = y + d[1]; fluid->z[i] = z + d[2];
+        fluid->sx[i] += feels * d[0]; fluid->sy[i] += feels * d[1]; fluid->sz[i] += feels * d[2];
+        if (p->container != NO_CONTAINER) contain(p, fluid, i, feels);
+    }
+}
+
+/* The corrections, applied: nudge of coincident particles, what the velocity feels of them, weight of Chebyshev's. */
+static void sweep_move(const SweepModel *p, const SweepFluid *fluid, const PairSource *own, const PairSource *walls,
+                       int n_walls, double nudge, double feels, double weight) {
+    #pragma omp parallel for schedule(static)
+    for (long b = 0; b < (fluid->n + SWEEP_BLOCK - 1) / SWEEP_BLOCK; b++)
+        if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, n_walls, nudge, feels, weight);
+        else move_of(b, p, 0, fluid, own, walls, n_walls, nudge, feels, weight);
+}
+#endif

@@ -1,0 +1,282 @@
+"""Sums over neighbours in the fluid and the density sweeps, over arrays and lists that Python hands in.
+
+The loops are in C, in the headers beside this file.
+"""
+from libc.stdint cimport uintptr_t
+from libc.stdlib cimport free, realloc
+
+import numpy as np
+
+from cyarray.carray cimport UIntArray
+from pysph.base.nnps_base cimport NNPS
+
+cdef extern from "exchange.h" nogil:
+    enum: NO_CONTAINER, BOX, CYLINDER, SWEEP_BLOCK
+    ctypedef struct PairKernel:
+        double h1, c3, c4, c5, c1
+        int wendland, deep
+    ctypedef struct PairSource:
+        const unsigned int **begin
+        const int *count
+        const double *records
+    ctypedef struct SweepModel:
+        PairKernel kernel
+        int container
+        double m, rho_rest, eps, omega, max_displacement, nudge, depth, radius
+        double low[3]
+        double high[3]
+        double centre[2]
+    ctypedef struct SweepFluid:
+        long n
+        double *x
+        double *y
+        double *z
+        double *sx
+        double *sy
+        double *sz
+        double *qx
+        double *qy
+        double *qz
+        double *rho
+        double *lmbda
+        double *compression
+        double *left_over
+        int *limited
+        int *contacts
+        int *projected
+        const unsigned int *uid
+    void pack_records(long, const double *, const double *, const double *, const double *, double *)
+    void pack_last(long, const double *, double *)
+    double pair_scale(const PairKernel *)
+    void sweep_multipliers(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double,
+                           double *, double *)
+    void sweep_move(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double, double,
+                    double)
+    void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
+    void exchange_momentum(const PairKernel *, const PairSource *, const double *, long, double, double, const double *,
+                           double *, double *, double *)
+
+cdef enum:
+    LINE = 64                       # bytes; a record never straddles two lines of the cache
+    MOST_WALLS = 8
+    VAPOUR = 3                      # Phase.VAPOUR
+
+
+cdef class Records:
+    """Memory for (n, 4) numbers that starts at a line of the cache."""
+    cdef void *memory
+    cdef double *first
+    cdef long room
+
+    def __dealloc__(self):
+        free(self.memory)
+
+    cdef int fit(self, long n) except -1:
+        cdef void *memory
+        if n > self.room or self.memory == NULL:
+            memory = realloc(self.memory, 32*(n + n//4) + LINE)
+            if memory == NULL:
+                raise MemoryError(f"no room for the records of {n} particles")
+            self.memory, self.room = memory, n + n//4
+            self.first = <double *>((<uintptr_t>memory + LINE - 1) // LINE * LINE)
+        return 0
+
+
+cdef double *data(pa, str name) except? NULL:
+    """The numbers of a property, for as long as the array has its present length; NULL if it is empty."""
+    cdef double[::1] values = pa.get(name, only_real_particles=False)
+    return &values[0] if values.shape[0] else NULL
+
+
+cdef int *counter(pa, str name) except? NULL:
+    cdef int[::1] values = pa.get(name, only_real_particles=False)
+    return &values[0] if values.shape[0] else NULL
+
+
+def lists_of(NNPS nnps, int dst, int src):
+    """Lists of any neighbour search of PySPH's in the form of ``SortedCellNNPS.lists``: a copy, kept by the third."""
+    cdef UIntArray found = UIntArray()
+    cdef long n = nnps.particles[dst].get_number_of_particles(True), i, k, used = 0
+    cdef int[::1] count = np.zeros(n, np.intc)
+    cdef uintptr_t[::1] begin = np.zeros(n, np.uintp)
+    cdef unsigned int[::1] kept = np.zeros(64*n + 64, np.uintc)
+    nnps.set_context(src, dst)
+    for i in range(n):
+        nnps.get_nearest_neighbors(i, found)
+        if used + <long>found.length + 4 > kept.shape[0]:
+            kept = np.concatenate([kept, np.zeros(kept.shape[0] + found.length + 4, np.uintc)])
+        for k in range(found.length):
+            kept[used + k] = found.data[k]
+        begin[i], count[i] = used, found.length
+        for k in range(found.length, (found.length + 3)//4*4):     # filled up, as there
+            kept[used + k] = kept[used]
+        used += (found.length + 3)//4*4
+    for i in range(n):
+        begin[i] = <uintptr_t>(&kept[0] + begin[i])
+    return begin, count, kept
+
+
+cdef class FluidSums:
+    """Sums over the neighbours of one fluid within it, for arrays in double precision on the host.
+
+    ``kernel`` are its coefficients (c3, c4, c5, c1), ``deep`` says whether it is 3-D.
+    """
+    cdef PairKernel kernel
+    cdef PairSource own
+    cdef Records records
+    cdef object kept                # what pointers point into
+    cdef long n, total              # particles; with ghosts
+    cdef double m
+
+    def __init__(self, *, tuple kernel, bint deep):
+        self.kernel.c3, self.kernel.c4, self.kernel.c5, self.kernel.c1 = kernel
+        self.kernel.wendland, self.kernel.deep = self.kernel.c3 == 0.0, deep
+        self.records = Records()
+
+    cdef int take_up(self, pa, lists) except -1:
+        """The fluid where it is now, and its lists of neighbours (those of ``SortedCellNNPS.lists``)."""
+        self.kept = [pa, lists]
+        self.total, self.n = pa.get_number_of_particles(), pa.get_number_of_particles(True)
+        if self.total:              # uniform, as the scheme has found out
+            self.m, self.kernel.h1 = data(pa, "m")[0], 1.0/data(pa, "h")[0]
+        self.point(&self.own, lists, self.records, self.total)
+        return 0
+
+    cdef int point(self, PairSource *s, lists, Records records, long n) except -1:
+        cdef uintptr_t[::1] begin
+        cdef int[::1] count
+        begin, count = lists[:2]
+        if count.shape[0] < self.n:
+            raise ValueError(f"neighbour lists of {count.shape[0]} particles for {self.n} particles of the fluid")
+        records.fit(n)
+        s.begin = <const unsigned int **>&begin[0] if begin.shape[0] else NULL
+        s.count, s.records = &count[0] if count.shape[0] else NULL, records.first
+        return 0
+
+
+cdef class Exchange(FluidSums):
+    """What particles of a fluid exchange with their neighbours in it: heat, and momentum."""
+    cdef Records velocities
+
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.velocities = Records()
+
+    def heat(self, pa, lists, double rho0):
+        """Add to ``ae`` [J/(kg s)] what HeatConductionClearyMonaghan adds."""
+        cdef double factor
+        self.take_up(pa, lists)
+        factor = 4.0*self.m/(rho0*rho0)*pair_scale(&self.kernel)*self.kernel.h1*self.kernel.h1
+        pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), data(pa, "k"), self.records.first)
+        exchange_heat(&self.kernel, &self.own, self.n, data(pa, "T"), factor, data(pa, "ae"))
+
+    def momentum(self, pa, lists, double viscosity, double drag, double rho0, gravity):
+        """Set the accelerations [m/s^2] to gravity with what PBFXSPHViscosity and BubbleDrag add; rates in 1/s."""
+        cdef double g[3]
+        cdef double scale
+        cdef const int *phase = counter(pa, "phase") if drag > 0.0 else NULL
+        cdef double *records
+        cdef long i
+        self.take_up(pa, lists)
+        self.velocities.fit(self.total)
+        g[0], g[1], g[2] = gravity
+        scale = self.m/rho0*pair_scale(&self.kernel)
+        records = self.records.first
+        pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), NULL, records)
+        if phase != NULL:
+            for i in range(self.total):
+                records[4*i + 3] = phase[i] == VAPOUR
+        pack_records(self.total, data(pa, "u"), data(pa, "v"), data(pa, "w"), NULL, self.velocities.first)
+        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, viscosity*scale, drag*scale, g,
+                          data(pa, "au"), data(pa, "av"), data(pa, "aw"))
+
+
+cdef class DensitySweeps(FluidSums):
+    """The sums and moves of the density sweeps of one fluid.
+
+    ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
+    on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
+    a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none.
+
+    A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
+    copied to them between the two, and after the second one.
+    """
+    cdef SweepModel model
+    cdef SweepFluid fluid
+    cdef PairSource walls[MOST_WALLS]
+    cdef int n_walls
+    cdef bint carries
+    cdef list wall_records
+    cdef Records partial
+
+    def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
+                 bint carries=False, double depth=0.0, box=None, cylinder=None, **options):
+        cdef SweepModel *p = &self.model
+        super().__init__(**options)
+        p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
+        p.max_displacement = max_displacement
+        p.container, self.carries, self.wall_records, self.partial = NO_CONTAINER, carries, [], Records()
+        if box:
+            p.container = BOX
+            for k in range(3):
+                p.low[k], p.high[k] = box[0][k], box[1][k]
+        if cylinder:
+            p.container = CYLINDER
+            p.centre[0], p.centre[1], p.radius, p.low[2], p.high[2] = cylinder
+
+    def start(self, pa, lists, walls):
+        """Take up the fluid ``pa`` where it is now.
+
+        ``lists`` are those of its neighbours within it, ``walls`` pairs (array, lists of the fluid's neighbours there).
+        """
+        cdef SweepFluid *f = &self.fluid
+        cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
+        cdef Records records
+        cdef long n
+        if len(walls) > MOST_WALLS:
+            raise ValueError(f"density sweeps: at most {MOST_WALLS} arrays of walls, got {len(walls)}")
+        self.take_up(pa, lists)
+        self.kept.append(walls)
+        self.model.m, self.model.kernel = self.m, self.kernel
+        f.n = self.n
+        f.x, f.y, f.z = data(pa, "x"), data(pa, "y"), data(pa, "z")
+        f.sx, f.sy, f.sz = data(pa, "sx"), data(pa, "sy"), data(pa, "sz")
+        f.qx = f.qy = f.qz = NULL
+        if self.carries:
+            f.qx, f.qy, f.qz = data(pa, "qx"), data(pa, "qy"), data(pa, "qz")
+        f.rho, f.lmbda, f.compression = data(pa, "rho"), data(pa, "lmbda"), data(pa, "compression")
+        f.left_over, f.limited = data(pa, "left_over"), counter(pa, "limited")
+        f.uid = &uid[0] if uid.shape[0] else NULL
+        f.contacts = f.projected = NULL
+        if self.model.container != NO_CONTAINER:
+            f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")
+        while len(self.wall_records) < len(walls):
+            self.wall_records.append(Records())
+        self.n_walls = len(walls)
+        for k in range(len(walls)):
+            wall, wall_lists = walls[k]
+            n, records = wall.get_number_of_particles(), self.wall_records[k]
+            self.point(&self.walls[k], wall_lists, records, n)
+            if n:
+                pack_records(n, data(wall, "x"), data(wall, "y"), data(wall, "z"), data(wall, "m"), records.first)
+        self.partial.fit(1 + f.n//SWEEP_BLOCK)
+
+    def multipliers(self, double forgiven):
+        """Density, its error and the multipliers of all particles; the share ``forgiven`` of ``left_over`` stays.
+
+        Returns the sum of the errors, the sum of those that are to be worked off, and the largest error.
+        """
+        cdef SweepFluid *f = &self.fluid
+        cdef double found[3]
+        pack_records(self.total, f.x, f.y, f.z, NULL, self.records.first)
+        sweep_multipliers(&self.model, f, &self.own, self.walls, self.n_walls, forgiven, self.partial.first, found)
+        return found[0], found[1], found[2]
+
+    def move(self, double nudge, double feels, double weight):
+        """Apply the corrections.
+
+        ``nudge`` scales what sets particles at one place apart, the velocity ``feels`` that share of the move, and
+        ``weight`` is that of Chebyshev's iteration (1: none).
+        """
+        pack_last(self.total, self.fluid.lmbda, self.records.first)
+        sweep_move(&self.model, &self.fluid, &self.own, self.walls, self.n_walls, nudge, feels, weight)

@@ -1,0 +1,105 @@
+"""What the lean sums on the host run: arrays and neighbour lists of a step, handed to the compiled module."""
+from pysph_boiling.equations import container, density_constraint
+from pysph_boiling.equations.density_constraint import book_sweep
+from pysph_boiling.equations.helpers import kernel_coefficients
+from pysph_boiling.native import fluid_sums
+from pysph_boiling.parallel import ranks
+
+__all__ = ["Forces", "Heat", "Sweeps"]
+
+
+class Run:
+    """Base: ``self(pa)`` makes the sum of a step of the ``scheme`` for its fluid ``pa``, once the search has run."""
+
+    def __init__(self, scheme):
+        self.scheme = scheme
+        self.options = dict(kernel=kernel_coefficients(scheme.kernel), deep=scheme.dim == 3)
+        self.made = None
+
+    def native(self, name, **options):
+        """An object of a class of the compiled module, made at the first call and kept."""
+        if self.made is None:
+            self.made = getattr(fluid_sums(), name)(**self.options, **options)
+        return self.made
+
+    def lists(self, dest, source):
+        """Neighbours of one array in another one, both by name: of our search as they are, of PySPH's a copy."""
+        nnps = self.scheme.integrator.nnps
+        names = [pa.name for pa in nnps.particles]
+        pair = names.index(dest), names.index(source)
+        return nnps.lists(*pair) if hasattr(nnps, "lists") else fluid_sums().lists_of(nnps, *pair)
+
+
+class Heat(Run):
+    """Conduction in the fluid."""
+
+    def __init__(self, scheme, conduction):
+        super().__init__(scheme)
+        self.rho0 = conduction.rho0
+
+    def __call__(self, pa):
+        self.native("Exchange").heat(pa, self.lists(pa.name, pa.name), self.rho0)
+
+
+class Forces(Run):
+    """Gravity, and what viscosity and drag even out; ``viscosity`` and ``drag`` are equations or ``None``."""
+
+    def __init__(self, scheme, body, viscosity, drag):
+        super().__init__(scheme)
+        self.gravity, self.rho0 = (body.gx, body.gy, body.gz), scheme.rho0
+        self.viscosity = viscosity.rate if viscosity else 0.0
+        self.drag = drag.rate if drag else 0.0
+
+    def __call__(self, pa):
+        self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.viscosity, self.drag, self.rho0,
+                                         self.gravity)
+
+
+class Sweeps(Run):
+    """The density sweeps, for the ``equations`` of the block that iterates; ghosts are refreshed as its groups say."""
+
+    def __init__(self, scheme, equations):
+        super().__init__(scheme)
+        found = {type(equation): equation for equation in equations}
+        self.lmbda = found[density_constraint.PBFLambda]
+        self.accelerated = density_constraint.PBFMoveAccelerated in found
+        self.move = found[density_constraint.PBFMoveAccelerated if self.accelerated else density_constraint.PBFMove]
+        walls = found.get(density_constraint.PBFBoundaryDensity)
+        self.walls = walls.sources if walls else []
+        self.options.update(
+            rho_rest=self.lmbda.rho_rest, eps=self.lmbda.eps, omega=self.move.omega, carries=self.accelerated,
+            max_displacement=self.move.max_displacement, nudge=found[density_constraint.PBFPositionCorrection].nudge)
+        box, cylinder = found.get(container.PBFBoxContainer), found.get(container.PBFCylinderContainer)
+        if box:
+            self.options.update(depth=box.depth, box=((box.x0, box.y0, box.z0), (box.x1, box.y1, box.z1)))
+        if cylinder:
+            self.options.update(depth=cylinder.depth, cylinder=(cylinder.cx, cylinder.cy, cylinder.radius,
+                                                                cylinder.bottom, cylinder.top))
+        self.least, self.most = scheme.sweep_limits()
+
+    def start(self, pa):
+        """The sums, for the particles where they are now."""
+        arrays = {array.name: array for array in self.scheme.integrator.nnps.particles}
+        sweeps = self.native("DensitySweeps")
+        sweeps.start(pa, self.lists(pa.name, pa.name),
+                     [(arrays[name], self.lists(pa.name, name)) for name in self.walls])
+        return sweeps
+
+    def density(self, pa):
+        """The density alone."""
+        self.start(pa).multipliers(0.0)
+
+    def __call__(self, pa):
+        sweeps, lmbda, refresh = self.start(pa), self.lmbda, self.scheme.ghosts.refresh
+        n = max(ranks.total(float(pa.get_number_of_particles(True))), 1.0)
+        done, last = 0, False
+        while done < self.least or (done < self.most and not last):
+            total, left, worst = sweeps.multipliers(1.0 - pa.prior[0])
+            last = book_sweep(pa, ranks.total(total) / n, ranks.largest(worst), ranks.total(left) / n, lmbda.tolerance,
+                              lmbda.enough, lmbda.max_mean_error)
+            refresh(("lmbda",))
+            sweeps.move(pa.prior[0], pa.prior[1], pa.sweep_weight[0] if self.accelerated else 1.0)
+            refresh(("x", "y", "z"))
+            if self.accelerated:
+                self.move.reduce(pa, 0.0, 0.0)
+            done += 1
