@@ -50,8 +50,8 @@ def test_tests_of_the_plugin_pass(environment):
     assert done.returncode == 0 and "4 passed" in done.stdout, done.stdout + done.stderr
 
 
-def test_broken_package_is_left_out_and_named():
+def test_broken_package_is_not_available_and_named():
     broken = EntryPoint(name="foam", value="no_such_module_of_anybody", group=GROUP)
-    with pytest.warns(UserWarning, match="'foam' of no_such_module_of_anybody cannot be loaded and is left out: "
+    with pytest.warns(UserWarning, match="'foam' of no_such_module_of_anybody cannot be loaded and is not available: "
                                          "ModuleNotFoundError"):
         load_installed([broken])
