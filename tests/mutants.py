@@ -60,6 +60,7 @@ expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
 helpers = mutants("helpers", "unit/test_phases.py", "unit/test_helpers.py", "compiled/test_density_constraint.py")
 lean = mutants("lean", "compiled/test_lean.py")
+labels = mutants("bubble_labels.h", "compiled/test_bubble_groups.py")
 exchange = mutants("exchange.h", "compiled/test_lean.py")
 pairs = mutants("pair_sums.h", "compiled/test_lean.py")
 sweeps = mutants("density_sweeps.h", "compiled/test_lean.py")
@@ -78,6 +79,8 @@ MUTANTS = (  # --quick takes the first of each module
     groups("label is an index, not a uid", "= d_uid[d_parent[d_idx]]\n", "= d_parent[d_idx]\n"),
     groups("one round only", "self.conv = 1.0 if changed == 0 else -1.0", "self.conv = 1.0"),
     groups("liquid hooks too", "if d_phase[d_idx] == 3:\n            for", "if d_phase[d_idx] >= 0:\n            for"),
+    labels("larger uid wins", "if (uid[a] < uid[b])", "if (uid[a] > uid[b])"),
+    labels("ghosts are bubbles of their own", "label_join(parent, uid, (int)i, images[i - n]);", ";"),
     buoyancy("archimedes: sign", "self.by = -float", "self.by = float"),
     buoyancy("paper: cap dropped", "min(self.k_bubble * d_bubble_n[d_idx], self.a_max)",
              "self.k_bubble * d_bubble_n[d_idx]"),

@@ -18,8 +18,8 @@ from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope
 from pysph_boiling.equations.viscosity import PBFWallFriction
 
 __all__ = [
-    "LEAN", "HeatConductionClearyMonaghanLean", "HeatFixedTemperatureLean", "HostSum", "LeanSum", "PBFDensityLean",
-    "PBFForcesLean", "PBFSweepsLean", "PBFWallFrictionLean",
+    "LEAN", "BubbleLabelsLean", "HeatConductionClearyMonaghanLean", "HeatFixedTemperatureLean", "HostSum", "LeanSum",
+    "PBFDensityLean", "PBFForcesLean", "PBFSweepsLean", "PBFWallFrictionLean",
 ]
 
 
@@ -45,6 +45,13 @@ class PBFSweepsLean(HostSum):
     Source, Reads, Writes and Limits are those of :class:`PBFDensity`, :class:`PBFBoundaryDensity`, :class:`PBFLambda`,
     :class:`PBFPositionCorrection`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`, and
     of the container. What those keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz) is not written.
+    """
+
+
+class BubbleLabelsLean(HostSum):
+    """The labels of :class:`BubbleSnap`, :class:`BubbleHook`, :class:`BubbleShortcut`, :class:`BubbleCheck` and
+    :class:`BubbleLabel`, by union-find over the vapour alone; it counts one round.   Source, Reads, Writes and Limits
+    are said there.
     """
 
 

@@ -23,7 +23,7 @@ class FluidModule(EmbeddedModule):
 
     what = "the sums over neighbours, which takes 10 to 20 s"
     pyx = HERE / "fluid_sums.pyx"
-    headers = tuple(HERE / name for name in ("pair_sums.h", "density_sweeps.h", "exchange.h"))
+    headers = tuple(HERE / name for name in ("pair_sums.h", "density_sweeps.h", "bubble_labels.h", "exchange.h"))
 
     @staticmethod
     def flags():

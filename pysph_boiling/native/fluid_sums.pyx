@@ -52,6 +52,8 @@ cdef extern from "exchange.h" nogil:
                            double *, double *)
     void sweep_move(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double, double,
                     double)
+    void label_bubbles(long, long, const int *, const unsigned int *, const double *, const double *, const double *,
+                       double, const unsigned int **, const int *, const int *, int *, unsigned int *)
     void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
     void exchange_momentum(const PairKernel *, const PairSource *, const double *, long, double, double, const double *,
                            double *, double *, double *)
@@ -189,6 +191,26 @@ cdef class Exchange(FluidSums):
         pack_records(self.total, data(pa, "u"), data(pa, "v"), data(pa, "w"), NULL, self.velocities.first)
         exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, viscosity*scale, drag*scale, g,
                           data(pa, "au"), data(pa, "av"), data(pa, "aw"))
+
+
+cdef class Labels(FluidSums):
+    """The bubbles of a fluid."""
+
+    def label(self, pa, lists, double radius2, images):
+        """Set ``bubble`` to the smallest uid of each connected part of the vapour, and ``parent``.
+
+        ``radius2`` [m^2] is the square of the linking radius; ``images`` (ghosts,) are the particles that the ghosts are images of.
+        """
+        cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
+        cdef unsigned int[::1] bubble = pa.get("bubble", only_real_particles=False)
+        cdef int[::1] ghosts = np.ascontiguousarray(images, np.intc)
+        self.take_up(pa, lists)
+        if ghosts.shape[0] != self.total - self.n:
+            raise ValueError(f"{self.total - self.n} ghosts have {ghosts.shape[0]} originals")
+        if self.total:
+            label_bubbles(self.n, self.total, counter(pa, "phase"), &uid[0], data(pa, "x"), data(pa, "y"),
+                          data(pa, "z"), radius2, self.own.begin, self.own.count,
+                          &ghosts[0] if ghosts.shape[0] else NULL, counter(pa, "parent"), &bubble[0])
 
 
 cdef class DensitySweeps(FluidSums):

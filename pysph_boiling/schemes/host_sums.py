@@ -5,7 +5,7 @@ from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.native import fluid_sums
 from pysph_boiling.parallel import ranks
 
-__all__ = ["Forces", "Heat", "Sweeps"]
+__all__ = ["Forces", "Heat", "Labels", "Sweeps"]
 
 
 class Run:
@@ -39,6 +39,19 @@ class Heat(Run):
 
     def __call__(self, pa):
         self.native("Exchange").heat(pa, self.lists(pa.name, pa.name), self.rho0)
+
+
+class Labels(Run):
+    """The labels of the bubbles, for the equation that links vapour particles."""
+
+    def __init__(self, scheme, hook):
+        super().__init__(scheme)
+        self.radius2 = hook.radius2
+
+    def __call__(self, pa):
+        images = [copies.original for copies, _ in self.scheme.ghosts.images if copies.pa is pa]
+        self.native("Labels").label(pa, self.lists(pa.name, pa.name), self.radius2, images[0] if images else ())
+        pa.bubble_rounds[0] += 1.0
 
 
 class Forces(Run):

@@ -2,6 +2,7 @@
 import numpy as np
 from compyle.array import get_backend
 
+from pysph_boiling.equations.bubble_groups import BubbleCheck, BubbleHook, BubbleLabel, BubbleShortcut, BubbleSnap
 from pysph_boiling.equations.buoyancy import BubbleDrag
 from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
 from pysph_boiling.equations.density_constraint import (
@@ -17,6 +18,7 @@ from pysph_boiling.equations.heat import HeatConductionClearyMonaghan
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.equations.lean import (
     LEAN,
+    BubbleLabelsLean,
     HeatConductionClearyMonaghanLean,
     PBFDensityLean,
     PBFForcesLean,
@@ -25,13 +27,14 @@ from pysph_boiling.equations.lean import (
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
 from pysph_boiling.native import compiler_serves
 from pysph_boiling.parallel import ranks
-from pysph_boiling.schemes.host_sums import Forces, Heat, Sweeps
+from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 
 __all__ = ["lean_terms", "why_general"]
 
 SWEEP_PLACES = ("density.multiplier", "density.correction", "density.move")
 IN_SWEEPS = {PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer, PBFCylinderContainer, PBFDensity, PBFLambda,
              PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
 IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag)
 
 
@@ -89,6 +92,10 @@ def lean_terms(terms, scheme):
         run = Sweeps(scheme, [term.equation for term in sweeps])
         one_for([term for term in terms if term.place == "density.before"], PBFDensityLean, run.density)
         one_for(sweeps, PBFSweepsLean, run)
+    labels = [term for term in terms if type(term.equation) in IN_LABELS]
+    if labels and ranks.size() == 1:  # a bubble may lie on several ranks
+        one_for([labels[-1], *labels[:-1]], BubbleLabelsLean, Labels(scheme, next(
+            term.equation for term in labels if type(term.equation) is BubbleHook)))
     forces = {type(term.equation): term for term in terms if type(term.equation) in IN_FORCES}
     if PBFBodyForce in forces:
         parts = [forces[cls].equation if cls in forces else None for cls in IN_FORCES]

@@ -5,7 +5,7 @@ The stage "bubbles" of the set "boil" is compiled as the scheme builds it, with 
 
 import numpy as np
 import pytest
-from harness import Evaluator, random_cloud
+from harness import BACKEND, Evaluator, random_cloud
 from pysph.base.nnps import DomainManager
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from scipy.sparse import csr_array
@@ -24,8 +24,11 @@ VAPOUR = int(Phase.VAPOUR)
 class Bubbles:
     """The stage "bubbles" on a cloud of particles; ``run()`` labels it anew and counts the rounds."""
 
+    lean = False  # equations: the general ones, or BubbleLabelsLean
+
     def __init__(self, points, *, dim, uid=None, phase=VAPOUR, period=0.0):
-        self.scheme, kwargs = scheme("boil", dim=dim, spacing=1.0), dict(spacing=1.0, dim=dim, rho0=WATER.rho_l)
+        self.scheme = scheme("boil", dim=dim, spacing=1.0, lean=self.lean)
+        kwargs = dict(spacing=1.0, dim=dim, rho0=WATER.rho_l)
         self.pa = fluid_array(points, **kwargs)
         if uid is not None:
             self.pa.uid[:] = uid
@@ -40,6 +43,7 @@ class Bubbles:
         stages, integrator = self.scheme.get_equations().groups, self.scheme.integrator
         self.stage = Evaluator(arrays, stages[integrator.stages["bubbles"]], dim=dim, domain=domain)
         self.scheme.arrays[:] = [self.pa]  # as PBFIntegrator.set_nnps does
+        integrator.nnps = self.stage.nnps
         self.ghosts = self.scheme.ghosts
         self.ghosts.arrays = self.scheme.arrays
 
@@ -82,9 +86,21 @@ def cloud(n, dim, density, seed):
     return points, uid, random.choice(list(Phase), n, p=[0.1, 0.1, 0.1, 0.7]), box
 
 
+@pytest.fixture(params=[False, True], ids=["general", "lean"])
+def form(request, monkeypatch):
+    """Both forms of the labels, where both are built."""
+    if request.param and BACKEND == "opencl":
+        pytest.skip("lean equations are the host's")
+    monkeypatch.setattr(Bubbles, "lean", request.param)
+
+
+both_forms = pytest.mark.usefixtures("form")
+
+
 # --- labels -----------------------------------------------------------------------------------------------------------
 
 
+@both_forms
 @pytest.mark.parametrize("dim, density", [(2, 0.3), (2, 0.8), (2, 1.2), (3, 0.1), (3, 0.3), (3, 0.5)])
 @pytest.mark.parametrize("periodic", [False, True], ids=["open", "periodic"])
 def test_labels_equal_connected_components(dim, density, periodic):
@@ -104,6 +120,7 @@ def test_labels_equal_connected_components(dim, density, periodic):
     np.testing.assert_array_equal(bubbles.get("bubble_n"), [counts.get(value, 0) for value in label])
 
 
+@both_forms
 def test_labels_do_not_depend_on_the_order_of_particles():
     points, uid, phase, _ = cloud(600, 2, 0.8, seed=1)
     label = Bubbles(points, dim=2, uid=uid, phase=phase).run()
@@ -112,6 +129,7 @@ def test_labels_do_not_depend_on_the_order_of_particles():
     np.testing.assert_array_equal(shuffled, label[order])
 
 
+@both_forms
 def test_labels_follow_particles_that_move_and_vanish():
     """Labels start afresh: a bubble that is cut in two is two bubbles, and vapour that condensed is in none."""
     points = np.zeros((7, 3))
@@ -125,6 +143,7 @@ def test_labels_follow_particles_that_move_and_vanish():
     np.testing.assert_array_equal(bubbles.run(), [3, 3, 3, NO_BUBBLE, 8, 6, 7])
 
 
+@both_forms
 def test_link_radius():
     """Spaced by 1.4 spacings: linked just below, not above."""
     points = np.zeros((4, 3))
@@ -132,6 +151,7 @@ def test_link_radius():
     np.testing.assert_array_equal(Bubbles(points, dim=2).run(), [0, 0, 2, 3])
 
 
+@both_forms
 @pytest.mark.parametrize("period", [40.0, 0.0])
 def test_a_row_through_the_border_is_one_bubble_only_if_periodic(period):
     points = np.zeros((20, 3))
@@ -140,6 +160,7 @@ def test_a_row_through_the_border_is_one_bubble_only_if_periodic(period):
     np.testing.assert_array_equal(label, [0] * 20 if period else [10] * 10 + [0] * 10)
 
 
+@both_forms
 def test_any_number_of_threads_gives_the_same_labels():
     points, uid, phase, _ = cloud(4000, 2, 0.9, seed=5)
     before, labels, used = get_number_of_threads(), [], []

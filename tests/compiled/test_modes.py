@@ -18,7 +18,8 @@ from pysph_boiling.schemes.modes import MODES, effects_in_mode
 
 @pytest.mark.parametrize("mode, effects, words", [
     ("gu", {}, "mode 'gu' needs a scene with the effect 'phases', but this one has none"),
-    ("li_xiao", {"phases": PhaseChange()}, "needs a scene with the effect 'preset_nucleation', but this one has phases"),
+    ("li_xiao", {"phases": PhaseChange()},
+     "needs a scene with the effect 'preset_nucleation', but this one has phases"),
     ("macklin", BOIL, "no mode 'macklin'; there are: dynamic, gu, li_xiao"),
 ])
 def test_scene_that_has_no_such_mode(mode, effects, words):

@@ -56,7 +56,10 @@ def thousand(dim):
 
 
 def chain(dim):
-    """One bubble in the form of a serpentine: 10,000 particles in 20 rows, with shuffled identities."""
+    """One bubble in the form of a serpentine: 10,000 particles in 20 rows, with shuffled identities.
+
+    It is labelled by the general equations, whose rounds are counted.
+    """
     length, rows = 500, 20
     points = block(2, (0.0, 0.0), (length, 2 * rows), jitter=0.0)
 
@@ -65,7 +68,7 @@ def chain(dim):
         end = np.where((row // 2) % 2 == 0, length - 1, 0)
         return (row % 2 == 0) | ((column == end) & (row < 2 * rows - 2))
 
-    return vessel(2, (length, 2 * rows + 10), points, COLD, vapour=vapour, temperature=T_SAT,
+    return vessel(2, (length, 2 * rows + 10), points, COLD, vapour=vapour, temperature=T_SAT, lean=False,
                   uid=np.random.default_rng(1).permutation(len(points)).astype(np.uint32))
 
 

@@ -64,19 +64,20 @@ def ball(centre, radius):
 
 
 def vessel(dim, size, points, effects, *, velocity=None, temperature=T_SAT - 2.0, vapour=None, e_vapour=L, mass=1.0,
-           smoothing=1.0, heated=0.7, sites=None, density=None, material=WATER_1ATM, gravity=None, uid=None, **setup):
+           smoothing=1.0, heated=0.7, sites=None, density=None, material=WATER_1ATM, gravity=None, uid=None, lean=True,
+           **setup):
     """A box of ``size`` (dim numbers) with fluid at ``points`` (n, 3), lengths in spacings.
 
     ``velocity`` [m/s], ``temperature`` [K], ``vapour`` (bool), ``mass`` and ``smoothing`` (both relative to the usual
     values) are one value for all, an array, or a function of the points. ``density`` overrides
-    :class:`DensityConstraint`. Further keywords are passed to :class:`Setup`.
+    :class:`DensityConstraint`, ``lean`` is that of the scheme. Further keywords are passed to :class:`Setup`.
     """
     points = np.asarray(points, float)
     upper = (*(DX * component for component in size), *(0.0,) * (3 - dim))
     names = ["sites"] if "preset_nucleation" in effects else []
     scheme = BoilingScheme(["fluid"], ["wall"], dim=dim, spacing=DX, sites=names, material=material, gravity=gravity,
-                           density=density or DensityConstraint(), **{"container": BoxContainer(upper=upper),
-                                                                      **effects})
+                           density=density or DensityConstraint(), lean=lean,
+                           **{"container": BoxContainer(upper=upper), **effects})
     common = dict(spacing=DX, dim=dim, rho0=scheme.rho0)
     fluid = fluid_array(DX * points, **common)
     beyond = np.array([4.0 * DX if setup.get("domain") else 0.0, 0.0, 0.0])  # cut off again: periodic
