@@ -155,7 +155,7 @@ def test_ledger_closes(row):
     ledger = Ledger(scheme)
     ledger.begin(scheme.arrays)
     stepper.tools.append(ledger)
-    stepper.step(250)
+    stepper.step(400)
     table = ledger.table()
     assert np.max(np.abs(table["energy_residual"])) <= 1e-10
     assert np.max(np.abs(table["mass_residual"])) <= 1e-13
