@@ -14,13 +14,14 @@ from pysph.sph.acceleration_eval import AccelerationEval
 from pysph.sph.equation import Group
 from pysph.sph.sph_compiler import SPHCompiler
 
+from pysph_boiling import native
 from pysph_boiling.device import Mirrored, detached, neighbour_search
 from pysph_boiling.runs import stepper
 from pysph_boiling.schemes.solver import vectorised
 
 __all__ = [
-    "BACKEND", "OPTIONS", "Evaluator", "Stepper", "assert_repeated", "host_only", "one_group_each", "random_cloud",
-    "use_backend", "vectors",
+    "BACKEND", "OPTIONS", "Evaluator", "Stepper", "assert_repeated", "host_only", "native_only", "one_group_each",
+    "random_cloud", "use_backend", "vectors",
 ]
 
 BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
@@ -28,6 +29,7 @@ OPTIONS = {  # of the command line
     "cython": ("--no-openmp",), "openmp": ("--openmp",), "opencl": ("--opencl", "--use-double", "--results-every", "1"),
 }.get(BACKEND)
 host_only = pytest.mark.skipif(BACKEND == "opencl", reason="what it does by hand is the host's alone")
+native_only = pytest.mark.skipif(not native.serves(), reason="the sums in C need GCC or Clang, and AVX2")
 
 
 def use_backend():

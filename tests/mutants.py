@@ -171,7 +171,7 @@ MUTANTS = (  # --quick takes the first of each module
     oscillation("sign", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = -d_push_multiplier[d_idx] / d_m[d_idx]"),
     oscillation("same for every mass", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = d_push_multiplier[d_idx]"),
     oscillation("displacement not told", "d_sz[d_idx] += pz", "d_sz[d_idx] += 0.0*pz"),
-    pairs("transposition: y for z", "r.z = __builtin_shufflevector(ab_xz", "r.z = __builtin_shufflevector(ab_yw"),
+    pairs("transposition: y for z", "r.z = FOUR_OF(ab_xz", "r.z = FOUR_OF(ab_yw"),
     pairs("Wendland: slope", "four(5.0*kernel->c5)", "four(4.0*kernel->c5)"),
     pairs("cubic spline: inner part of the slope", "four(-3.0*kernel->c1)", "four(-2.0*kernel->c1)"),
     pairs("neighbours beyond the end count", "{1, 1, 0, 0}", "{1, 1, 1, 0}"),

@@ -1,6 +1,6 @@
 """Sums over neighbours and density sweeps in C, for uniform masses and smoothing lengths, on the host.
 
-They are compiled once, by GCC or Clang, as PySPH compiles its modules. The equations that call them are
+They are compiled once, by GCC or Clang for AVX2, as PySPH compiles its modules. The equations that call them are
 :mod:`pysph_boiling.equations.lean`.
 """
 import functools
@@ -10,7 +10,7 @@ from compyle.config import get_config
 
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
-__all__ = ["AVX2", "FluidModule", "compiler_serves", "fluid_sums", "has_avx2"]
+__all__ = ["AVX2", "FluidModule", "fluid_sums", "has_avx2", "serves"]
 
 HERE = Path(__file__).parent
 FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math")
@@ -27,7 +27,7 @@ class FluidModule(EmbeddedModule):
 
     @staticmethod
     def flags():
-        return (*FAST, AVX2) if has_avx2() else FAST
+        return (*FAST, AVX2)
 
 
 @functools.cache
@@ -37,9 +37,12 @@ def has_avx2():
     return processor.exists() and set(processor.read_text().split()) >= AVX2_NEEDS
 
 
-def compiler_serves():
-    """Whether the compiler is GCC or Clang, whose vectors the sums are written with."""
-    return bool(exact_flags())
+def serves():
+    """Whether the sums can be compiled and run here: by GCC or Clang, on a processor with AVX2.
+
+    Without AVX2 compilers make of the same code what is slower than the general equations.
+    """
+    return bool(exact_flags()) and has_avx2()
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-/* Sums over the neighbours of one particle, four at a time, in double precision: for GCC and Clang, on any processor.
+/* Sums over the neighbours of one particle, four at a time, in double precision: for GCC and Clang, with AVX2.
  *
  * What a sum reads of a neighbour lies together, 32 bytes (x, y, z, w), so that four neighbours are four loads and a
  * transposition. All smoothing lengths are equal: what is the same for all pairs stands outside the sums.
@@ -11,9 +11,7 @@
 #define PAIR_SUMS_H
 #include <math.h>
 #include <string.h>
-#ifdef __AVX2__
 #include <immintrin.h>
-#endif
 
 #define PAIR_INLINE static inline __attribute__((always_inline))
 #define COINCIDENT 1e-6                 /* q below which two particles are at one place */
@@ -38,14 +36,7 @@ typedef struct { Four dx, dy, dz, r2, q, t, u; } FourPairs;
 
 PAIR_INLINE Four four(double value) { Four v = {value, value, value, value}; return v; }
 PAIR_INLINE double four_sum(Four v) { return (v[0] + v[2]) + (v[1] + v[3]); }
-
-PAIR_INLINE Four four_larger(Four a, Four b) {
-#ifdef __AVX2__
-    return _mm256_max_pd(a, b);         /* compilers take two instructions for the other line */
-#else
-    return a > b ? a : b;
-#endif
-}
+PAIR_INLINE Four four_larger(Four a, Four b) { return _mm256_max_pd(a, b); }
 
 PAIR_INLINE Four four_root(Four v) {
     Four r;
@@ -53,17 +44,24 @@ PAIR_INLINE Four four_root(Four v) {
     return r;
 }
 
+/* Four of the eight numbers of two vectors, by their places. */
+#if defined(__clang__) || __GNUC__ >= 12
+#define FOUR_OF(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+#define FOUR_OF(a, b, i, j, k, l) __builtin_shuffle(a, b, (FourMask){i, j, k, l})
+#endif
+
 PAIR_INLINE Four four_load(const double *from) { Four v; memcpy(&v, from, sizeof v); return v; }
 
 /* Records of four neighbours. */
 PAIR_INLINE FourRecords four_records(const double *records, const unsigned int *neighbours) {
     const Four a = four_load(records + 4l*neighbours[0]), b = four_load(records + 4l*neighbours[1]);
     const Four c = four_load(records + 4l*neighbours[2]), d = four_load(records + 4l*neighbours[3]);
-    const Four ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_yw = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const Four cd_xz = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_yw = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    const Four ab_xz = FOUR_OF(a, b, 0, 4, 2, 6), ab_yw = FOUR_OF(a, b, 1, 5, 3, 7);
+    const Four cd_xz = FOUR_OF(c, d, 0, 4, 2, 6), cd_yw = FOUR_OF(c, d, 1, 5, 3, 7);
     FourRecords r;
-    r.x = __builtin_shufflevector(ab_xz, cd_xz, 0, 1, 4, 5); r.z = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7);
-    r.y = __builtin_shufflevector(ab_yw, cd_yw, 0, 1, 4, 5); r.w = __builtin_shufflevector(ab_yw, cd_yw, 2, 3, 6, 7);
+    r.x = FOUR_OF(ab_xz, cd_xz, 0, 1, 4, 5); r.z = FOUR_OF(ab_xz, cd_xz, 2, 3, 6, 7);
+    r.y = FOUR_OF(ab_yw, cd_yw, 0, 1, 4, 5); r.w = FOUR_OF(ab_yw, cd_yw, 2, 3, 6, 7);
     return r;
 }
 

@@ -25,7 +25,7 @@ from pysph_boiling.equations.lean import (
     PBFSweepsLean,
 )
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
-from pysph_boiling.native import compiler_serves
+from pysph_boiling.native import serves
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 
@@ -48,8 +48,8 @@ def why_general(scheme, arrays):
         return "as asked"
     if get_backend() != "cython":
         return "on a device"
-    if not compiler_serves():
-        return "they need GCC or Clang"
+    if not serves():
+        return "they need GCC or Clang, and a processor with AVX2"
     if len(scheme.fluids) > 1:
         return "there are several fluids"
     if "mechanics" in scheme.effects:

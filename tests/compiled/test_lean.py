@@ -5,7 +5,7 @@ are random, some particles lie at one place, some outside the container, and som
 """
 import numpy as np
 import pytest
-from harness import Stepper, host_only, random_cloud
+from harness import Stepper, host_only, native_only, random_cloud
 from pysph.base.kernels import WendlandQuintic
 from pysph.base.nnps import LinkedListNNPS
 from sets import scheme
@@ -14,7 +14,7 @@ from pysph_boiling.equations.lean import HostSum, LeanSum
 from pysph_boiling.particles import WALL_PROPERTIES, add_properties, fluid_array
 from pysph_boiling.schemes.effects import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 
-pytestmark = host_only
+pytestmark = [host_only, native_only]
 
 ROUND_OFF = 1e-12  # sums of up to 300 terms, in another order
 RHO0, N_FLUID, N_WALL, N_CROWD = 958.0, 400, 120, 150

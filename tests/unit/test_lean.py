@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sets
 from full import make, subgroups
+from harness import native_only
 from pysph.base.kernels import Gaussian
 from sets import scheme
 
@@ -34,6 +35,7 @@ def build(change=None, **kwargs):
                   for e in group.equations}
 
 
+@native_only
 def test_lean_sums_serve_where_masses_and_smoothing_lengths_are_uniform():
     made, built = build()
     asked_for = {type(term.equation) for term in made.terms()}
@@ -54,6 +56,7 @@ def test_general_equations_serve_where_arrays_are_not_uniform(change, why):
     assert f"lean sums are not used: {why}" in made.describe()
 
 
+@native_only
 def test_masses_of_walls_may_differ():
     _, built = build(lambda fluid, wall: wall.m.__imul__(np.linspace(1.0, 1.5, len(wall.m))))
     assert any(issubclass(cls, LeanSum) for cls in built)
@@ -86,18 +89,19 @@ def test_nothing_is_lean_before_the_particles_are_known():
     assert made.built_terms()[1] == "particles are not known yet"
 
 
-@pytest.mark.parametrize(("fluids", "effects", "compiler", "why"), [
+@pytest.mark.parametrize(("fluids", "effects", "served", "why"), [
     (["fluid", "other"], {}, True, "there are several fluids"),
     (["fluid"], {"mechanics": MechanicalLedger()}, True, "the mechanical ledger looks at what each equation does"),
-    (["fluid"], {}, False, "they need GCC or Clang"),
+    (["fluid"], {}, False, "they need GCC or Clang, and a processor with AVX2"),
 ])
-def test_where_general_equations_serve(fluids, effects, compiler, why, monkeypatch):
-    monkeypatch.setattr(lean, "compiler_serves", lambda: compiler)
+def test_where_general_equations_serve(fluids, effects, served, why, monkeypatch):
+    monkeypatch.setattr(lean, "serves", lambda: served)
     made = BoilingScheme(fluids, [], dim=2, spacing=DX, container=BoxContainer(), **effects)
     arrays = {name: fluid_block(*CORNERS, spacing=DX, dim=2, rho0=made.rho0, name=name) for name in fluids}
     assert lean.why_general(made, arrays) == why
 
 
+@native_only
 def test_terms_that_lean_ones_do_not_know_stay():
     """With vapour that swells the density sweeps stay, and what else is lean is lean."""
     made, _, equations = make(effects=sets.SETS["expand"])
