@@ -10,11 +10,10 @@ from compyle.config import get_config
 
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
-__all__ = ["AVX2", "FluidModule", "fluid_sums", "has_avx2", "serves"]
+__all__ = ["FluidModule", "fluid_sums", "has_avx2", "serves"]
 
 HERE = Path(__file__).parent
-FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math")
-AVX2 = "-march=x86-64-v3"  # not "native", so that all processors with AVX2 give equal results to the last bit
+FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
 AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
@@ -27,12 +26,12 @@ class FluidModule(EmbeddedModule):
 
     @staticmethod
     def flags():
-        return (*FAST, AVX2)
+        return FLAGS
 
 
 @functools.cache
 def has_avx2():
-    """Whether the processor has what the flag ``AVX2`` compiles for."""
+    """Whether the processor has AVX2, and what else belongs to x86-64-v3."""
     processor = Path("/proc/cpuinfo")
     return processor.exists() and set(processor.read_text().split()) >= AVX2_NEEDS
 

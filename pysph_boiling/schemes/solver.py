@@ -28,7 +28,7 @@ from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import on_host, order, send
 from pysph_boiling.files import whole
-from pysph_boiling.native import AVX2, has_avx2
+from pysph_boiling.native import has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
@@ -43,6 +43,7 @@ NEVER = (-1.0,)  # step at which particles were sorted last
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
 REORDER = ("-O2", "-g0", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fno-math-errno", "-fno-trapping-math",
            "-fno-signed-zeros", "-fassociative-math")
+AVX2 = "-march=x86-64-v3"  # not "native", so that all processors with AVX2 give equal results to the last bit
 
 
 @functools.cache
