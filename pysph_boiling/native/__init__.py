@@ -14,6 +14,7 @@ __all__ = ["FluidModule", "fluid_sums", "has_avx2", "serves"]
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
+LOADED = {}  # with and without OpenMP -> the module
 AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
@@ -44,14 +45,16 @@ def serves():
     return bool(exact_flags()) and has_avx2()
 
 
-@functools.cache
-def _loaded(threaded):
-    return FluidModule.make().load()
-
-
-def fluid_sums():
+def fluid_sums(say=None):
     """The module, with OpenMP if PySPH's configuration has it; it is compiled when it is first asked for.
+
+    ``say`` is called with a sentence if it is compiled, which is printed if not given.
 
     Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
     """
-    return _loaded(bool(get_config().use_openmp))
+    threaded = bool(get_config().use_openmp)
+    if threaded not in LOADED:
+        module = FluidModule.make()
+        module.say = say or module.say
+        LOADED[threaded] = module.load()
+    return LOADED[threaded]

@@ -27,8 +27,9 @@ from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import on_host, order, send
+from pysph_boiling.equations.lean import HostSum
 from pysph_boiling.files import whole
-from pysph_boiling.native import has_avx2
+from pysph_boiling.native import fluid_sums, has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
@@ -124,6 +125,14 @@ def vectorised():
     finally:
         directives["auto_pickle"] = before
         acceleration_eval_cython_helper.AccelerationEvalCythonHelper = plain
+
+
+def has_host_sums(equations):
+    """Whether among the equations of a solver, in PySPH's groups and stages, are sums that run on the host."""
+    if isinstance(equations, HostSum):
+        return True
+    parts = next((getattr(equations, name) for name in ("groups", "equations") if hasattr(equations, name)), equations)
+    return isinstance(parts, list | tuple) and any(map(has_host_sums, parts))
 
 
 def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial", say=CheckedModule.say):
@@ -252,6 +261,8 @@ class StagedSolver(Solver):
         send(particles)
         with vectorised():
             if ranks.rank() == 0:
+                if has_host_sums(equations):
+                    fluid_sums(self.say)
                 build_side_by_side(particles, equations, kernel or self.kernel, self.integrator,
                                    mode="mpi" if self.in_parallel else "serial", say=self.say)
             ranks.wait()

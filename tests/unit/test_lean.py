@@ -16,6 +16,7 @@ from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.schemes import lean
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, HeatConduction, MechanicalLedger
+from pysph_boiling.schemes.solver import has_host_sums
 
 DX = 0.01
 CORNERS = (0.0, 0.0, 0.0), (6 * DX, 6 * DX, 0.0)
@@ -108,3 +109,10 @@ def test_terms_that_lean_ones_do_not_know_stay():
     built = {type(e).__name__ for _, group in subgroups(equations) for e in group.equations}
     assert {"PBFDensitySwollen", "PBFMove", "PBFForcesLean", "HeatConductionClearyMonaghanLean"} <= built
     assert "PBFSweepsLean" not in built
+
+
+@native_only
+def test_solver_knows_whether_the_sums_in_c_are_called_for():
+    assert has_host_sums(make(effects=sets.SETS["motion"])[2])
+    assert not has_host_sums(make(effects=sets.SETS["motion"], lean=False)[2])
+    assert not has_host_sums([PBFBodyForce("fluid", None)])
