@@ -222,7 +222,7 @@ def counts(state):
     return found | {name: int(state[f"constant {name}"][0]) for name in ("n_vented", "n_bubbles_vented")}
 
 
-def others(ours, theirs):
+def differing(ours, theirs):
     """How many particles are in another phase, and how many have another label; ``None`` if they are not the same."""
     if not np.array_equal(by_uid(ours, "uid"), by_uid(theirs, "uid")):
         return None
@@ -237,7 +237,7 @@ def same_events(ours, theirs, steps, twin=None):
     claim = f"phases, labels and counts are the same after {steps} steps"
     mine, its = counts(ours), counts(theirs)
     found = [f"{name} {mine[name]} here, {its[name]} there" for name in mine if mine[name] != its[name]]
-    differ, chaos = others(ours, theirs), None if twin is None else others(ours, twin)
+    differ, chaos = differing(ours, theirs), None if twin is None else differing(ours, twin)
     if differ is None:
         found.append("the particles are not the same ones")
     else:

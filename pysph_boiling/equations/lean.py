@@ -26,7 +26,7 @@ __all__ = [
 class HostSum(Equation):
     """Base of the sums that are made on the host before the loops of their group: ``run(array)`` makes them.
 
-    Source: ours. It has no kernel, so that PySPH compiles nothing for it.
+    Source: ours. It has no kernel, so that PySPH compiles nothing for it. Reads and Writes are said at each sum.
     """
 
     __slots__ = ("run",)  # not in __dict__, whose entries PySPH compiles

@@ -6,15 +6,12 @@ They are compiled once, by GCC or Clang for AVX2, as PySPH compiles its modules.
 import functools
 from pathlib import Path
 
-from compyle.config import get_config
-
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
 __all__ = ["FluidModule", "fluid_sums", "has_avx2", "serves"]
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
-LOADED = {}  # with and without OpenMP -> the module
 AVX2_NEEDS = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
@@ -46,15 +43,5 @@ def serves():
 
 
 def fluid_sums(say=None):
-    """The module, with OpenMP if PySPH's configuration has it; it is compiled when it is first asked for.
-
-    ``say`` is called with a sentence if it is compiled, which is printed if not given.
-
-    Errors: ``OSError`` where the module must be made and PySPH's cache cannot be written to.
-    """
-    threaded = bool(get_config().use_openmp)
-    if threaded not in LOADED:
-        module = FluidModule.make()
-        module.say = say or module.say
-        LOADED[threaded] = module.load()
-    return LOADED[threaded]
+    """The compiled module; all else is said at ``EmbeddedModule.loaded``."""
+    return FluidModule.loaded(say)

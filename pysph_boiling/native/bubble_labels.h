@@ -3,7 +3,6 @@
  */
 #ifndef BUBBLE_LABELS_H
 #define BUBBLE_LABELS_H
-#define LABEL_VAPOUR 3                  /* Phase.VAPOUR */
 #define LABEL_NONE 4294967295u          /* NO_BUBBLE */
 
 static int label_root(int *parent, int i) {
@@ -24,15 +23,15 @@ static void label_bubbles(long n, long total, const int *phase, const unsigned i
                           const int *count, const int *images, int *parent, unsigned int *bubble) {
     for (long i = 0; i < total; i++) parent[i] = (int)i;
     for (long i = n; i < total; i++)
-        if (phase[i] == LABEL_VAPOUR) label_join(parent, uid, (int)i, images[i - n]);
+        if (phase[i] == VAPOUR) label_join(parent, uid, (int)i, images[i - n]);
     for (long i = 0; i < n; i++) {
-        if (phase[i] != LABEL_VAPOUR) continue;
+        if (phase[i] != VAPOUR) continue;
         for (int k = 0; k < count[i]; k++) {
             const unsigned int j = begin[i][k];
             const double dx = x[i] - x[j], dy = y[i] - y[j], dz = z[i] - z[j];
-            if (phase[j] == LABEL_VAPOUR && dx*dx + dy*dy + dz*dz < radius2) label_join(parent, uid, (int)i, (int)j);
+            if (phase[j] == VAPOUR && dx*dx + dy*dy + dz*dz < radius2) label_join(parent, uid, (int)i, (int)j);
         }
     }
-    for (long i = 0; i < n; i++) bubble[i] = phase[i] == LABEL_VAPOUR ? uid[label_root(parent, (int)i)] : LABEL_NONE;
+    for (long i = 0; i < n; i++) bubble[i] = phase[i] == VAPOUR ? uid[label_root(parent, (int)i)] : LABEL_NONE;
 }
 #endif

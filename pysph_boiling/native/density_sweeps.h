@@ -76,6 +76,10 @@ PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *ker
     out[0] = four_sum(sum.gx); out[1] = four_sum(sum.gy); out[2] = four_sum(sum.gz); out[3] = four_sum(sum.here);
 }
 
+PAIR_INLINE long sweep_blocks(long n) { return (n + SWEEP_BLOCK - 1) / SWEEP_BLOCK; }
+
+PAIR_INLINE long sweep_end(long b, long n) { return (b + 1) * SWEEP_BLOCK < n ? (b + 1) * SWEEP_BLOCK : n; }
+
 /* Particles of block b: density and multipliers; their sums of errors to ``partial``. */
 PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid,
                                 const PairSource *own, const PairSource *walls, int n_walls, double forgiven,
@@ -83,8 +87,7 @@ PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const
     const PairKernel kernel = p->kernel;
     const double scale = pair_scale(&kernel), slope = scale * kernel.h1*kernel.h1 / p->rho_rest;
     double all = 0.0, left = 0.0, worst = 0.0, out[5];
-    const long end = (b + 1) * SWEEP_BLOCK < fluid->n ? (b + 1) * SWEEP_BLOCK : fluid->n;
-    for (long i = b * SWEEP_BLOCK; i < end; i++) {
+    for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2], f = p->m * slope;
         sum_density(own, i, &kernel, wendland, 0, x, y, z, out);
         double rho = p->m * scale * out[0], gx = f * out[1], gy = f * out[2], gz = f * out[3];
@@ -107,7 +110,7 @@ PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const
 /* Density and multipliers; found: sum of the errors, sum of those that are to be worked off, largest error. */
 static void sweep_multipliers(const SweepModel *p, const SweepFluid *fluid, const PairSource *own,
                               const PairSource *walls, int n_walls, double forgiven, double *partial, double *found) {
-    const long blocks = (fluid->n + SWEEP_BLOCK - 1) / SWEEP_BLOCK;
+    const long blocks = sweep_blocks(fluid->n);
     #pragma omp parallel for schedule(static)
     for (long b = 0; b < blocks; b++)
         if (p->kernel.wendland) multipliers_of(b, p, 1, fluid, own, walls, n_walls, forgiven, partial);
@@ -170,8 +173,7 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
                          const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
     const PairKernel kernel = p->kernel;
     const double slope = pair_scale(&kernel) * kernel.h1*kernel.h1 / p->rho_rest;
-    const long end = (b + 1) * SWEEP_BLOCK < fluid->n ? (b + 1) * SWEEP_BLOCK : fluid->n;
-    for (long i = b * SWEEP_BLOCK; i < end; i++) {
+    for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2];
         const double lmbda = own->records[4*i + 3];
         double out[4], d[3];
@@ -208,7 +210,7 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
 static void sweep_move(const SweepModel *p, const SweepFluid *fluid, const PairSource *own, const PairSource *walls,
                        int n_walls, double nudge, double feels, double weight) {
     #pragma omp parallel for schedule(static)
-    for (long b = 0; b < (fluid->n + SWEEP_BLOCK - 1) / SWEEP_BLOCK; b++)
+    for (long b = 0; b < sweep_blocks(fluid->n); b++)
         if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, n_walls, nudge, feels, weight);
         else move_of(b, p, 0, fluid, own, walls, n_walls, nudge, feels, weight);
 }

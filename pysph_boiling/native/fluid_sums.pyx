@@ -11,7 +11,7 @@ from cyarray.carray cimport UIntArray
 from pysph.base.nnps_base cimport NNPS
 
 cdef extern from "exchange.h" nogil:
-    enum: NO_CONTAINER, BOX, CYLINDER, SWEEP_BLOCK
+    enum: NO_CONTAINER, BOX, CYLINDER, SWEEP_BLOCK, VAPOUR
     ctypedef struct PairKernel:
         double h1, c3, c4, c5, c1
         int wendland, deep
@@ -60,8 +60,6 @@ cdef extern from "exchange.h" nogil:
 
 cdef enum:
     LINE = 64                       # bytes; a record never straddles two lines of the cache
-    MOST_WALLS = 8
-    VAPOUR = 3                      # Phase.VAPOUR
 
 
 cdef class Records:
@@ -199,7 +197,8 @@ cdef class Labels(FluidSums):
     def label(self, pa, lists, double radius2, images):
         """Set ``bubble`` to the smallest uid of each connected part of the vapour, and ``parent``.
 
-        ``radius2`` [m^2] is the square of the linking radius; ``images`` (ghosts,) are the particles that the ghosts are images of.
+        ``radius2`` [m^2] is the square of the linking radius; ``images`` (ghosts,) are the particles that the ghosts
+        are images of.
         """
         cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
         cdef unsigned int[::1] bubble = pa.get("bubble", only_real_particles=False)
@@ -225,11 +224,14 @@ cdef class DensitySweeps(FluidSums):
     """
     cdef SweepModel model
     cdef SweepFluid fluid
-    cdef PairSource walls[MOST_WALLS]
+    cdef PairSource *walls
     cdef int n_walls
     cdef bint carries
     cdef list wall_records
     cdef Records partial
+
+    def __dealloc__(self):
+        free(self.walls)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
                  bint carries=False, double depth=0.0, box=None, cylinder=None, **options):
@@ -254,9 +256,8 @@ cdef class DensitySweeps(FluidSums):
         cdef SweepFluid *f = &self.fluid
         cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
         cdef Records records
+        cdef PairSource *sources
         cdef long n
-        if len(walls) > MOST_WALLS:
-            raise ValueError(f"density sweeps: at most {MOST_WALLS} arrays of walls, got {len(walls)}")
         self.take_up(pa, lists)
         self.kept.append(walls)
         self.model.m, self.model.kernel = self.m, self.kernel
@@ -272,8 +273,12 @@ cdef class DensitySweeps(FluidSums):
         f.contacts = f.projected = NULL
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")
-        while len(self.wall_records) < len(walls):
-            self.wall_records.append(Records())
+        if len(self.wall_records) < len(walls):
+            sources = <PairSource *>realloc(self.walls, len(walls)*sizeof(PairSource))
+            if sources == NULL:
+                raise MemoryError(f"density sweeps: no room for {len(walls)} arrays of walls")
+            self.walls = sources
+            self.wall_records = [Records() for _ in walls]
         self.n_walls = len(walls)
         for k in range(len(walls)):
             wall, wall_lists = walls[k]

@@ -15,10 +15,11 @@
 
 #define PAIR_INLINE static inline __attribute__((always_inline))
 #define COINCIDENT 1e-6                 /* q below which two particles are at one place */
+#define VAPOUR 3                        /* Phase.VAPOUR */
 
-/* Without a call: fmax and fmin treat NaN in a way of their own. */
-PAIR_INLINE double larger(double a, double b) { return a > b ? a : b; }
-PAIR_INLINE double smaller(double a, double b) { return a < b ? a : b; }
+/* As max and min in PySPH's modules, where a NaN that comes first stays one; fmax and fmin would drop it. */
+PAIR_INLINE double larger(double a, double b) { return b > a ? b : a; }
+PAIR_INLINE double smaller(double a, double b) { return b < a ? b : a; }
 
 typedef double Four __attribute__((vector_size(32)));
 typedef long long FourMask __attribute__((vector_size(32)));

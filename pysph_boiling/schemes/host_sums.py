@@ -16,10 +16,10 @@ class Run:
         self.options = dict(kernel=kernel_coefficients(scheme.kernel), deep=scheme.dim == 3)
         self.made = None
 
-    def native(self, name, **options):
+    def native(self, name):
         """An object of a class of the compiled module, made at the first call and kept."""
         if self.made is None:
-            self.made = getattr(fluid_sums(), name)(**self.options, **options)
+            self.made = getattr(fluid_sums(), name)(**self.options)
         return self.made
 
     def lists(self, dest, source):

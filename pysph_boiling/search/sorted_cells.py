@@ -16,7 +16,6 @@ from pysph_boiling.search.checked_module import CheckedModule
 __all__ = ["EmbeddedModule", "SearchModule", "search_for", "sorted_cell_nnps"]
 
 HERE = Path(__file__).parent
-LOADED = {}  # with and without OpenMP -> the class
 EXACT = ("-ffp-contract=off",)  # round products and sums separately, as in PySPH's own search
 HEAD = "# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True\n"
 
@@ -29,6 +28,7 @@ class EmbeddedModule(CheckedModule):
     """
 
     pyx = headers = None  # paths
+    modules = {}  # (class, with OpenMP) -> what was loaded
 
     @staticmethod
     def flags():
@@ -47,6 +47,21 @@ class EmbeddedModule(CheckedModule):
         folders = [str(Path(package.__file__).parent.parent) for package in (pysph, cyarray)]
         return cls.of(f"{HEAD}# {', '.join(used)}\n{cls.source()}", extra_compile_args=list(flags),
                       cython_inc_dirs=folders)
+
+    @classmethod
+    def loaded(cls, say=None):
+        """The module with OpenMP if PySPH's configuration asks for it; compiled once, and loaded once in a process.
+
+        ``say`` is called with a sentence before compiling; it is printed if not given.
+
+        Errors: ``OSError`` if the module must be compiled and PySPH's cache cannot be written to.
+        """
+        key = cls, bool(get_config().use_openmp)
+        if key not in cls.modules:
+            module = cls.make()
+            module.say = say or module.say
+            cls.modules[key] = module.load()
+        return cls.modules[key]
 
     @classmethod
     def source(cls):
@@ -89,18 +104,8 @@ def exact_flags():
 
 
 def sorted_cell_nnps(say=None):
-    """The class ``SortedCellNNPS``, with OpenMP if PySPH's configuration asks for it; compiling takes 10 to 30 s, once.
-
-    ``say`` is called with a sentence before compiling; it is printed if not given.
-
-    Errors: ``OSError`` if the module must be compiled and PySPH's cache cannot be written to.
-    """
-    threaded = bool(get_config().use_openmp)
-    if threaded not in LOADED:
-        module = SearchModule.make()
-        module.say = say or module.say
-        LOADED[threaded] = module.load().SortedCellNNPS
-    return LOADED[threaded]
+    """The class ``SortedCellNNPS``; compiling takes 10 to 30 s, once. All else is said at ``EmbeddedModule.loaded``."""
+    return SearchModule.loaded(say).SortedCellNNPS
 
 
 def search_for(application, say=None):

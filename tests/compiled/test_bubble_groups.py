@@ -5,7 +5,7 @@ The stage "bubbles" of the set "boil" is compiled as the scheme builds it, with 
 
 import numpy as np
 import pytest
-from harness import BACKEND, Evaluator, native_only, random_cloud
+from harness import Evaluator, host_only, native_only, random_cloud
 from pysph.base.nnps import DomainManager
 from pysph.base.omp_threads import get_number_of_threads, set_number_of_threads
 from scipy.sparse import csr_array
@@ -86,11 +86,9 @@ def cloud(n, dim, density, seed):
     return points, uid, random.choice(list(Phase), n, p=[0.1, 0.1, 0.1, 0.7]), box
 
 
-@pytest.fixture(params=[False, pytest.param(True, marks=native_only)], ids=["general", "lean"])
+@pytest.fixture(params=[False, pytest.param(True, marks=[host_only, native_only])], ids=["general", "lean"])
 def form(request, monkeypatch):
     """Both forms of the labels, where both are built."""
-    if request.param and BACKEND == "opencl":
-        pytest.skip("lean equations are the host's")
     monkeypatch.setattr(Bubbles, "lean", request.param)
 
 
