@@ -4,8 +4,8 @@ import difflib
 import re
 from numbers import Real
 
-__all__ = ["RENAMED", "Refused", "SchemeError", "as_typed", "check_renamed", "current_name", "current_quantity",
-           "former_names", "nearest", "option", "unknown", "whole_number"]
+__all__ = ["RENAMED", "Refused", "SchemeError", "add_renamed", "as_typed", "check_renamed", "current_name",
+           "current_quantity", "former_names", "nearest", "option", "unknown", "whole_number"]
 
 # Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
 # scenes ("scene.name"). Errors for an old name give the new one; records of old runs are read with the new names.
@@ -26,6 +26,7 @@ RENAMED = {
     "venting.share": "venting.free_fraction",
     "venting.steps": "venting.free_steps",
     "scene.acceleration": "scene.time_scaling",
+    "scene.cohesion": "scene.cohesion_strength",
     "scene.heat_loss": "scene.loss_coefficient",
     "scene.heat_until": "scene.heater_until",
     "scene.limit": "scene.superheat_limit",
@@ -73,14 +74,19 @@ def check_renamed(slot, given, known):
 
 
 class Refused(argparse.Action):
-    """An option that ``--help`` does not list, and that raises ``ValueError`` with a ``reason``."""
+    """An option that ``--help`` does not list, and that ends the command with a ``reason``."""
 
     def __init__(self, option_strings, dest, *, reason, **keywords):
         super().__init__(option_strings, dest, nargs="?", help=argparse.SUPPRESS, **keywords)
         self.reason = reason
 
     def __call__(self, parser, namespace, values, option_string=None):
-        raise ValueError(f"{self.option_strings[-1]} {self.reason}")
+        parser.error(f"{self.option_strings[-1]} {self.reason}")
+
+
+def add_renamed(parser, old, new):
+    """Let the option ``old`` end the command with the message that it is called ``new`` now."""
+    parser.add_argument(old, action=Refused, dest=old, default=argparse.SUPPRESS, reason=f"is called {new} now")
 
 
 class SchemeError(ValueError):

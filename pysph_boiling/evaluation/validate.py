@@ -22,9 +22,9 @@ from time import process_time
 
 from pysph_boiling import __version__
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.names import unknown
+from pysph_boiling.names import add_renamed, unknown
 from pysph_boiling.report import markdown
-from pysph_boiling.report.options import add_renamed, add_report_options
+from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.application import processor
 from pysph_boiling.runs.jobs import Job, check_count, results, run_jobs

@@ -1,14 +1,9 @@
 """The flags of all commands that write reports: ``--quick``, ``--report FILE.md`` and ``--json FILE``."""
 import argparse
 
-__all__ = ["add_report_options", "add_renamed", "refuse_quick"]
+from pysph_boiling.names import add_renamed
 
-
-class Renamed(argparse.Action):
-    """An old flag, which ends the command with the name of the new one."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        parser.error(f"{option_string} is called {self.const} now")
+__all__ = ["add_report_options", "refuse_quick"]
 
 
 def markdown_file(text):
@@ -16,11 +11,6 @@ def markdown_file(text):
     if not text.endswith(".md"):
         raise argparse.ArgumentTypeError(f"reports are Markdown files, --report FILE.md; got '{text}'")
     return text
-
-
-def add_renamed(parser, old, new):
-    """Let the parser report that the flag ``old`` is called ``new`` now; the help does not list it."""
-    parser.add_argument(old, action=Renamed, const=new, nargs="?", help=argparse.SUPPRESS)
 
 
 def add_report_options(parser, *, quick=None, report="write the tables to this file",

@@ -520,6 +520,7 @@ class SceneApplication(Application):
 
     def _parse_command_line(self, force=False):
         if not hasattr(self, "options") or force:
+            pysph_options.check_switches(self.arg_parse, self.args)
             super()._parse_command_line(force)
             pysph_options.check(self.options)
             self.fname = self.options.fname

@@ -4,10 +4,11 @@ Refused options do not appear in ``--help``. :func:`table` makes the page ``docs
 """
 import argparse
 import re
+from itertools import pairwise
 
 from pysph_boiling.names import Refused, nearest
 
-__all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "settle", "table"]
+__all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "check_switches", "settle", "table"]
 
 # Our search, and those of PySPH that find the same neighbours as its linked lists: positions and enthalpies are equal
 # to round-off (1.4e-14) after 20 steps of a dam break and of a heated slab.
@@ -142,6 +143,23 @@ def settle(parser, also=None):
     for flag, text in WORKS.items():
         if text and flag not in (also or {}):
             inherited[flag].help = help_text(text)
+
+
+def check_switches(parser, arguments):
+    """End the command if an option that takes no value is given one, as in ``--cohesion 3``.
+
+    The message names the options of the effect's parameters if the option is the switch of an effect.
+    """
+    known = parser._option_string_actions
+    for given, following in pairwise([*arguments, "--"]):
+        flag, equals, value = given.partition("=")
+        if not equals and (not following.startswith("-") or NEGATIVE.match(following)):
+            equals, value = "=", following
+        if equals and flag in known and known[flag].nargs == 0:
+            parameters = [name for name, action in known.items() if name.startswith(f"{flag}.")
+                          and not isinstance(action, Refused)]
+            parser.error(f"{flag} takes no value, got '{value}'" + (
+                f": it switches an effect on, whose parameters are {', '.join(parameters)}" if parameters else ""))
 
 
 def help_text(text):

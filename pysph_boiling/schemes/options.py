@@ -1,21 +1,21 @@
 """Command-line options of a scheme, which are made from the parameters of its effects."""
-import argparse
 import dataclasses
 
-from pysph_boiling.names import Refused, former_names, option
+from pysph_boiling.names import add_renamed, former_names, option
 from pysph_boiling.schemes.effects import EFFECTS
 
 __all__ = ["add_former_options", "add_options", "apply_options", "option_table"]
 
 
 def add_former_options(group, name, prefix=""):
-    """Add the earlier options of a slot or a parameter to an argparse group; they raise an error with the new name.
+    """Add the earlier options of a slot or a parameter to an argparse group; they end the command with the new name.
 
-    ``prefix`` is "no_" for the switches that leave a slot out.
+    ``prefix`` is "no_" for the switches that leave a slot out. An earlier option that is the switch of a slot now, such
+    as ``--cohesion``, is left out.
     """
     for old in former_names(name):
-        flag, reason = option(prefix + old), f"is called {option(prefix + name)} now"
-        group.add_argument(flag, action=Refused, dest=flag, default=argparse.SUPPRESS, reason=reason)
+        if old.removeprefix("scene.") not in EFFECTS:
+            add_renamed(group, option(prefix + old), option(prefix + name))
 
 
 def option_table(slots):

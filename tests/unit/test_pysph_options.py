@@ -43,16 +43,19 @@ def test_every_scene_has_what_works_and_refuses_the_rest(scene):
 def test_refused_option_ends_the_run_with_its_name_and_reason(scene, flag, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for arguments in ([flag, "1"], [f"{flag}=1"], [flag]):
-        assert cli.main(["run", scene, *arguments]) == 2
+        with pytest.raises(SystemExit, match="^2$"):
+            cli.main(["run", scene, *arguments])
         assert capsys.readouterr().err == (
-            f"pysph-boiling: {flag} is not available in these scenes: {pysph_options.REFUSED[flag]}\n")
+            f"usage: pysph-boiling run {scene} [options]\npysph-boiling run {scene}: error: {flag} is not available in "
+            f"these scenes: {pysph_options.REFUSED[flag]}\n")
     assert not list(tmp_path.iterdir())
 
 
 def test_nothing_listens_on_the_network(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("multiprocessing.managers.BaseManager.get_server", lambda self: pytest.fail("it listens"))
     for scene in ("heated_slab", "reuse_tvf"):
-        assert cli.main(["run", scene, "--multiproc", "auto", "-d", str(tmp_path / "run")]) == 2
+        with pytest.raises(SystemExit, match="^2$"):
+            cli.main(["run", scene, "--multiproc", "auto", "-d", str(tmp_path / "run")])
         assert "with a key that everyone knows" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 

@@ -54,6 +54,14 @@ def test_parameter_of_its_own_may_have_an_old_name():
     check_renamed("density", ["acceleration"], ["acceleration"])
 
 
+def ending(arguments, capsys):
+    """The message with which the parser ends a command."""
+    with pytest.raises(SystemExit) as raised:
+        main(arguments)
+    assert raised.value.code == 2
+    return capsys.readouterr().err.splitlines()[-1].partition("error: ")[2]
+
+
 def options():
     """(scene, old option, new option) for every row, and for every parameter of a slot that has another name."""
     flags = []
@@ -63,16 +71,30 @@ def options():
         flags += [(old, f"{slot}.{name}", "steady_boiling") for cls in EFFECTS[slot] for name in fields(cls)
                   for old in former_names(f"{slot}.{name}")]
     for scene, cls in SCENES.items():
-        flags += [(old.removeprefix("scene."), name, scene) for name in fields(cls.Parameters)
-                  for old in former_names(f"scene.{name}")]
+        flags += [(old, name, scene) for name in fields(cls.Parameters)
+                  for old in former_names(f"scene.{name}") if old != "scene.cohesion"]  # a switch now
     return [(scene, option(old), option(new)) for old, new, scene in flags]
 
 
 @pytest.mark.parametrize(("scene", "old", "new"), options())
 def test_old_option_is_refused_with_the_new_one(scene, old, new, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", scene, old, "1"]) == 2
-    assert capsys.readouterr().err == f"pysph-boiling: {old} is called {new} now\n"
+    assert ending(["run", scene, old, "1"], capsys) == f"{old} is called {new} now"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_switch_with_a_value_is_refused_with_the_options_that_take_one(scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for slot in SCENES[scene]().scheme.slots:
+        flag, no = option(slot), option(f"no_{slot}")
+        given = {option(f"{slot}.{name}") for cls in EFFECTS[slot] for name in fields(cls)}
+        for value in ("3", "-1e-3"):
+            said, _, listed = ending(["run", scene, flag, value], capsys).partition(": ")
+            assert said == f"{flag} takes no value, got '{value}'"
+            assert {word.strip(",") for word in listed.split() if word.startswith("--")} == given
+        assert ending(["run", scene, f"{no}=3"], capsys) == f"{no} takes no value, got '3'"
+    assert ending(["run", scene, "--no-pictures", "out"], capsys) == "--no-pictures takes no value, got 'out'"
     assert not list(tmp_path.iterdir())
 
 
