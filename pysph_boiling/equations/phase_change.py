@@ -9,16 +9,17 @@ from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_temperature
 
-__all__ = [
-    "PhaseEdges", "PhaseEdgesHold", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter",
-    "PhaseTemperatureAfterHold", "PhaseTemperatureHold", "PhaseVapourCondition",
-]
+__all__ = ["PhaseEdges", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter", "PhaseVapourCondition"]
 
 
 class PhaseTemperature(Equation):
-    r"""Temperature and conductivity of each particle by its phase (``interrupt="convert"``); resets ``ae``.
+    r"""Temperature and conductivity of each particle by its phase; resets ``ae``.
 
-    Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not.
+    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above, where e_lat is
+    the latent heat held since an interruption.
+
+    Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not. Held heat is ours: with e_lat =
+    0, as in the paper, the temperature can jump by up to L/c_l = 535 K at an interruption.
 
     Parameters
     ----------
@@ -28,42 +29,6 @@ class PhaseTemperature(Equation):
     k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
     subcooling : float  Fraction of the deficit L - e of vapour that lowers its temperature [-]: 1, or 0 if the deficit
         is latent heat.
-
-    Reads    d_e [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
-    """
-
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v, subcooling=1.0):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.k_l = float(k_l)
-        self.k_v = float(k_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
-
-    def initialize(self, d_idx, d_e, d_phase, d_T, d_k, d_ae):
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v,
-                                         self.subcooling)
-        d_k[d_idx] = self.k_l
-        if d_phase[d_idx] == 3:
-            d_k[d_idx] = self.k_v
-        d_ae[d_idx] = 0.0
-
-
-class PhaseTemperatureHold(Equation):
-    r"""As :class:`PhaseTemperature`, with latent heat held since an interruption (``interrupt="hold"``).
-
-    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above.
-
-    Source: ours; in the paper the temperature can jump by up to L/c_l = 535 K at an interruption.
-
-    Parameters
-    ----------
-    T_sat, L, c_l, c_v, k_l, k_v, subcooling : float   As :class:`PhaseTemperature`.
 
     Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
     """
@@ -91,37 +56,9 @@ class PhaseTemperatureHold(Equation):
 
 
 class PhaseTemperatureAfter(Equation):
-    """Temperature again, after ``HeatUpdate`` in the same group, so that T always fits e (``interrupt="convert"``).
+    """Temperature again, after ``HeatUpdate`` in the same group, so that T always fits e.
 
     Source: ours.
-
-    Parameters
-    ----------
-    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
-
-    Reads    d_e [J/kg], d_phase.   Writes   d_T [K], own index only.   Needs   HeatUpdate before it in the same group.
-    """
-
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
-
-    def post_loop(self, d_idx, d_e, d_phase, d_T):
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, d_phase[d_idx], self.T_sat, self.L, self.c_l, self.c_v,
-                                         self.subcooling)
-
-
-class PhaseTemperatureAfterHold(Equation):
-    """As :class:`PhaseTemperatureAfter`, with latent heat held since an interruption (``interrupt="hold"``).
-
-    Source: ours (see :class:`PhaseTemperatureHold`).
 
     Parameters
     ----------
@@ -204,80 +141,33 @@ class PhaseVapourCondition(Equation):
 
 
 class PhaseEdges(Equation):
-    """The new state from the old one, the enthalpy and the kinetic condition (``interrupt="convert"``).
+    """The new state from the old one, the enthalpy and the kinetic condition; ``e`` never changes.
 
-    Source: the paper, section 3.3.2 and Fig. 2, with the missing edges of :data:`pysph_boiling.phases.EDGES`. Stored
-    latent heat turns into sensible heat at an interruption; ``e`` never changes.
+    At an interruption stored latent heat turns into sensible heat, as in the paper; or, with ``hold``, e_lat is set to
+    e, so that the temperature stays at T_sat. Held heat is reset when the transition resumes, when the particle cools
+    below saturation, or when it becomes vapour.
 
-    Parameters
-    ----------
-    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
-
-    Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_T [K], d_vaporised, d_interrupted, own index only.
-    Needs    the kinetic condition in an earlier group.
-    Limits   Temperature may jump by up to L/c_l at an interruption.
-    """
-
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
-
-    def post_loop(self, d_idx, d_e, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
-        old = declare('int')
-        state = declare('int')
-        old = d_phase[d_idx]
-        state = old
-        if old != 3:
-            if d_e[d_idx] < 0.0:
-                state = 0
-            else:
-                if old == 1:
-                    if d_e[d_idx] >= self.L:
-                        state = 3
-                        d_vaporised[d_idx] += 1
-                    else:
-                        if d_kinetic[d_idx] == 0:
-                            state = 2
-                            d_interrupted[d_idx] += 1
-                else:
-                    state = 2
-                    if d_kinetic[d_idx] == 1:
-                        state = 1
-        d_phase[d_idx] = state
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], 0.0, state, self.T_sat, self.L, self.c_l, self.c_v,
-                                         self.subcooling)
-
-
-class PhaseEdgesHold(Equation):
-    """As :class:`PhaseEdges`, with latent heat held since an interruption (``interrupt="hold"``).
-
-    At an interruption e_lat is set to e, so that the temperature stays at T_sat. It is reset when the transition
-    resumes, when the particle cools below saturation, or when it becomes vapour.
-
-    Source: ours (see :class:`PhaseTemperatureHold`).
+    Source: the paper, section 3.3.2 and Fig. 2, with the missing edges of :data:`pysph_boiling.phases.EDGES`; ours with
+    ``hold``.
 
     Parameters
     ----------
     T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+    hold : bool   Whether latent heat is held at an interruption.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
     only.   Needs   the kinetic condition in an earlier group.
-    Limits   Held heat does not show in the temperature; the column ``energy_hidden`` of the results reports it.
+    Limits   Without ``hold`` the temperature may jump by up to L/c_l at an interruption. Held heat does not show in the
+    temperature; the column ``energy_hidden`` of the results reports it.
     """
 
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0, hold=True):
         self.T_sat = float(T_sat)
         self.L = float(L)
         self.c_l = float(c_l)
         self.c_v = float(c_v)
         self.subcooling = float(subcooling)
+        self.hold = float(hold)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
@@ -301,8 +191,9 @@ class PhaseEdgesHold(Equation):
                     else:
                         if d_kinetic[d_idx] == 0:
                             state = 2
-                            d_e_lat[d_idx] = d_e[d_idx]
                             d_interrupted[d_idx] += 1
+                            if self.hold > 0.5:
+                                d_e_lat[d_idx] = d_e[d_idx]
                 else:
                     state = 2
                     if d_kinetic[d_idx] == 1:

@@ -42,7 +42,7 @@ OWNS = {
     "loss": ("HeatAmbientLoss HeatAmbientWall", "gsx gsy gsz q_loss", "", "energy_loss"),
     "source": ("HeatUniformSource", "q_source", "", "energy_source"),
     "phases": (
-        "PhaseTemperatureHold PhaseTemperatureAfterHold PhaseKineticReset PhaseVapourCondition PhaseEdgesHold",
+        "PhaseTemperature PhaseTemperatureAfter PhaseKineticReset PhaseVapourCondition PhaseEdges",
         "phase kinetic vaporised interrupted e_lat", "",
         "n_liquid n_transition n_superheated n_vapour n_held energy_liquid energy_transition energy_superheated "
         "energy_vapour energy_held n_nucleated n_interrupted energy_hidden"),

@@ -74,7 +74,7 @@ def test_kernel_helper_is_the_twin(subcooling):
 
 
 @pytest.mark.parametrize("subcooling", [0.0, 1.0])
-@pytest.mark.parametrize("name", ["PhaseTemperature", "PhaseTemperatureHold", "PhaseEdges", "PhaseEdgesHold"])
+@pytest.mark.parametrize("name", ["PhaseTemperature", "PhaseEdges"])
 def test_kernels_hand_the_reading_of_vapour_on(name, subcooling):
     """The kernels run as Python, on one particle."""
     constants = dict(T_sat=T_SAT, L=L, c_l=WATER.c_l, c_v=WATER.c_v, k_l=1.0, k_v=1.0, subcooling=subcooling)

@@ -43,15 +43,12 @@ class PhaseChange(Effect):
                                   high=2.0)
 
     def properties(self, scene):
-        rows = [
+        return (
             Property("phase", "-", "state of the particle, see pysph_boiling.phases.Phase", "int", True),
             Property("kinetic", "-", "1 where a nucleation site is near", "int"),
             Property("vaporised", "-", "times the particle completed its latent heat", "int", True, True),
             Property("interrupted", "-", "times its transition was interrupted", "int", True, True),
-        ]
-        if self.interrupt == "hold":
-            rows.append(Property("e_lat", "J/kg", "latent heat held since an interruption", state=True))
-        return tuple(rows)
+            Property("e_lat", "J/kg", "latent heat held since an interruption", state=True))
 
     def columns(self, scene):
         def count(which):
@@ -64,8 +61,7 @@ class PhaseChange(Effect):
         def parted(arrays):
             """Indices of the liquid above T_sat, and of that at T_sat."""
             hot = in_state(arrays, Phase.SUPERHEATED)
-            e_lat = joined(arrays, "e_lat")[hot] if self.interrupt == "hold" else 0.0
-            held = at_saturation(Phase.SUPERHEATED, joined(arrays, "e")[hot], e_lat)
+            held = at_saturation(Phase.SUPERHEATED, joined(arrays, "e")[hot], joined(arrays, "e_lat")[hot])
             return hot[~held], hot[held]
 
         states = {phase.name.lower(): (lambda arrays, phase=phase: in_state(arrays, phase),
@@ -97,18 +93,14 @@ class PhaseChange(Effect):
         material, k = scene.material, scene.effects["heat"].conductivity
         subcooling = scene.effects["condensation"].subcooling if "condensation" in scene.effects else 1.0
         state = dict(T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v, subcooling=subcooling)
-        conductivities = dict(k_l=k(material.k_l), k_v=k(material.k_v))
-        hold = self.interrupt == "hold"
-        temperature = phase_change.PhaseTemperatureHold if hold else phase_change.PhaseTemperature
-        after = phase_change.PhaseTemperatureAfterHold if hold else phase_change.PhaseTemperatureAfter
-        edges = phase_change.PhaseEdgesHold if hold else phase_change.PhaseEdges
-        yield Term("heat.temperature", temperature(fluid, None, **state, **conductivities))
-        yield Term("heat.update", after(fluid, None, **state))
+        yield Term("heat.temperature", phase_change.PhaseTemperature(
+            fluid, None, **state, k_l=k(material.k_l), k_v=k(material.k_v)))
+        yield Term("heat.update", phase_change.PhaseTemperatureAfter(fluid, None, **state))
         yield Term("phases.kinetic", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
         if self.vapour_as_site and self.kinetic == "site":
             yield Term("phases.kinetic", phase_change.PhaseVapourCondition(
                 fluid, list(scene.fluids), radius=scene.bubble_radius(self.kinetic_radius)))
-        yield Term("phases.edges", edges(fluid, None, **state))
+        yield Term("phases.edges", phase_change.PhaseEdges(fluid, None, **state, hold=self.interrupt == "hold"))
 
 
 @computed_once
