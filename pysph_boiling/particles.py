@@ -27,7 +27,7 @@ from pysph_boiling.names import whole_number
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
     "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "positions",
-    "site_array", "sites_on_base", "wall_array", "weigh_walls",
+    "site_array", "sites_on_base", "vector", "wall_array", "weigh_walls",
 ]
 
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
@@ -68,23 +68,22 @@ class Property:
     cumulative: bool = False
 
 
+def vector(names, unit, meaning, state=False):
+    """The :class:`Property` of each component of a vector; ``names`` are separated by spaces."""
+    return tuple(Property(name, unit, meaning, state=state) for name in names.split())
+
+
 BASE_PROPERTIES = (
     Property("uid", "-", "identity of the particle, which never changes", "unsigned int", True),
-    Property("x", "m", "position; during a step the prediction x*", state=True),
-    Property("y", "m", "position", state=True),
-    Property("z", "m", "position", state=True),
-    Property("u", "m/s", "velocity", state=True),
-    Property("v", "m/s", "velocity", state=True),
-    Property("w", "m/s", "velocity", state=True),
+    *vector("x y z", "m", "position; during a step the prediction x*", state=True),
+    *vector("u v w", "m/s", "velocity", state=True),
     Property("m", "kg", "mass (kg per metre of depth in 2-D)", state=True),
     Property("h", "m", "smoothing length", state=True),
     Property("rho", "kg/m^3", "summed density", state=True),
 )
 
 WALL_PROPERTIES = (
-    Property("x", "m", "position", state=True),
-    Property("y", "m", "position", state=True),
-    Property("z", "m", "position", state=True),
+    *vector("x y z", "m", "position", state=True),
     Property("m", "kg", "rest density times the Akinci volume of the boundary particle", state=True),
     Property("h", "m", "smoothing length", state=True),
     Property("rho", "kg/m^3", "rest density", state=True),

@@ -18,10 +18,10 @@ def surface_level(fluids, *, dim):
     return float(np.quantile(height, SHARE)) / SHARE if len(height) else 0.0
 
 
-def level_history(files, *, dim, name="fluid"):
-    """Time [s] and level [m], each (files,), from a run's particle ``files``; ``name`` is its fluid array."""
+def level_history(files, *, dim):
+    """Time [s] and level [m], each (files,), from the particle ``files`` of a run whose fluid array is "fluid"."""
     rows = []
     for file in files:
         arrays, t = load_output(file)
-        rows.append((t, surface_level([arrays[name]], dim=dim)))
+        rows.append((t, surface_level([arrays["fluid"]], dim=dim)))
     return tuple(np.array(rows).reshape(-1, 2).T)

@@ -228,11 +228,7 @@ def _averaged(picture, shrink):
     return picture[:h * shrink, :w * shrink].reshape(h, shrink, w, shrink, 3).mean(axis=(1, 3))
 
 
-
-
-# What is in the scene
-
-
+# The files of a run
 
 def _drawn_into(output_dir, out, name):
     """(folder, :class:`Manifest`) for pictures of a run: ``out``, or the folder ``name`` in the folder of the run.
@@ -262,14 +258,6 @@ def load_output(file):
     return arrays, float(solver_data["t"])
 
 
-
-
-
-
-
-
-
-
 NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T",), "speed": ("u", "v", "w"),
          "density": ("rho",)}
 
@@ -296,10 +284,6 @@ def _limits(fluid, colour):
     shown = _values(fluid, colour)
     low, high = np.nanquantile(shown, SCALES[colour][-1]) if len(shown) else (0.0, 0.0)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
-
-
-
-
 
 
 def _guess_dim(fluid):
@@ -362,8 +346,6 @@ def _canvas(figure_class, window):
     return figure, ax
 
 
-
-
 def _lighten(rgb, amount):
     """Mix colours (n, 3) with white (amount > 0) or black (amount < 0); ``amount`` is a number or (n,)."""
     amount = np.asarray(amount, dtype=float)[..., None]
@@ -416,10 +398,6 @@ def _states(fluid):
     return phase
 
 
-
-
-
-
 def _paint_sites(painter, scene, size):
     if scene.sites:
         place = painter.camera.project(positions(scene.sites))[0] * painter.scale
@@ -470,8 +448,6 @@ def _polygon(painter, outline, height, **style):
 
     corners = np.column_stack([outline, np.full(len(outline), height)])
     painter.ax.add_patch(Polygon(painter.camera.project(corners)[0] * painter.scale, **style))
-
-
 
 
 def _free_surface(points, spacing):

@@ -69,9 +69,9 @@ def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
     return sorted(found, key=lambda shape: (-shape.n, shape.label))
 
 
-def largest(fluid, t, dim, rho0, period=(0.0, 0.0, 0.0)):
+def largest(fluid, t, dim, rho0):
     """The row of :func:`track` for one moment ``t`` [s], as a dict; empty if a fluid array has no vapour."""
-    found = shapes(fluid, dim, rho0, period)
+    found = shapes(fluid, dim, rho0)
     if not found:
         return {}
     one, two = found[0], found[1] if len(found) > 1 else None
@@ -91,17 +91,17 @@ def history(rows):
     return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
 
 
-def track(files, dim, rho0, period=(0.0, 0.0, 0.0)):
+def track(files, dim, rho0):
     """History of the bubbles of a run, with one row for each of its particle ``files`` that has vapour.
 
-    ``dim``, ``rho0`` and ``period`` are those of :func:`shapes`.
+    ``dim`` and ``rho0`` are those of :func:`shapes`.
 
     Returns column -> array (rows,): ``t`` [s]; ``bubbles``, the number of bubbles of at least ``PIECE`` particles, and
     ``whole``, the number of particles in them; ``n`` and ``volume`` [m^dim] of all vapour; for the largest bubble
     ``n1``, ``volume1``, its centroid ``x1``, ``height1`` [m], ``mean_radius1``, ``width1``, ``tall1`` [m],
     ``occupied1`` [m^dim] and ``aspect1``; for the second largest ``n2``, ``x2`` and ``height2``, NaN if there is none.
     """
-    return history(largest(arrays["fluid"], t, dim, rho0, period) for arrays, t in map(load_output, files))
+    return history(largest(arrays["fluid"], t, dim, rho0) for arrays, t in map(load_output, files))
 
 
 def rise_speed(t, height, low, high):

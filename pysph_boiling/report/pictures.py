@@ -38,12 +38,12 @@ def rendered(result, t, path, caption):
     return Picture(Path(path).name, caption)
 
 
-def movie(result, path, caption, *, every=1, fps=15, **options):
+def movie(result, path, caption, *, fps=15, **options):
     """Make a movie of a run, GIF or MP4 by the suffix of ``path``; returns the :class:`Picture`."""
     from pysph_boiling.analysis.movie import write_movie
 
     with TemporaryDirectory() as folder:
-        frames = render_run(result.folder, every=every, out=folder, **options)
+        frames = render_run(result.folder, out=folder, **options)
         write_movie(frames, path, fps=fps)
     return Picture(Path(path).name, caption)
 

@@ -1,9 +1,8 @@
-"""Size, centroid and mean radius of bubbles, from the labels of :mod:`pysph_boiling.equations.bubble_groups`.
+"""Sizes and radii of bubbles, from the labels of :mod:`pysph_boiling.equations.bubble_groups`, and their departures.
 
 Only the vapour particles are read, so the cost grows with their number.
 """
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from pysph.solver.tools import Tool
@@ -13,26 +12,7 @@ from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects.base import computed_once
 from pysph_boiling.schemes.vapour import Vapour
 
-__all__ = ["BubbleTable", "Departures", "bubble_table", "equivalent_radius", "store_sizes", "vapour_of"]
-
-
-@dataclass(frozen=True)
-class BubbleTable:
-    """One row per bubble, sorted by label; all arrays have shape (bubbles,) except the centroid.
-
-    ``label`` is the smallest uid [-]; ``n`` the number of particles [-]; ``mass`` [kg]; ``centroid`` (bubbles, 3) [m];
-    ``mean_radius`` the mean distance from the centroid (the paper, eq. 24) [m]; ``equivalent_radius`` the radius of a
-    disc or sphere of its rest volume, including expansion [m]; ``deficit`` the sum of m c_v (T_sat - T) over its
-    particles below saturation (the paper, eq. 20) [J].
-    """
-
-    label: np.ndarray
-    n: np.ndarray
-    mass: np.ndarray
-    centroid: np.ndarray
-    mean_radius: np.ndarray
-    equivalent_radius: np.ndarray
-    deficit: np.ndarray
+__all__ = ["Departures", "equivalent_radius", "mean_radius", "store_sizes", "vapour_of"]
 
 
 @computed_once
@@ -49,21 +29,10 @@ def equivalent_radius(vapour, scene):
     return np.sqrt(volume / math.pi) if scene.dim == 2 else np.cbrt(3.0 * volume / (4.0 * math.pi))
 
 
-@computed_once
-def bubble_table(arrays, scene, period=None):
-    """The :class:`BubbleTable` of fluid arrays with current labels.
-
-    ``period`` [m] is the length of the periodic domain along each axis, 0 where it is not periodic; that of the scene
-    if not given. In a periodic domain, positions are taken relative to a member of the bubble by the nearest image, so
-    a bubble must be shorter than half a period.
-    """
-    vapour = vapour_of(arrays)
-    place, centroid = vapour.places(scene.period if period is None else period)
-    distance = np.linalg.norm(place - centroid[vapour.index], axis=1)
-    m = vapour.get("m")
-    deficit = vapour.sum(m * np.maximum(scene.material.L - vapour.get("e"), 0.0))
-    return BubbleTable(vapour.label, vapour.n, vapour.sum(m), centroid, vapour.sum(distance) / np.maximum(vapour.n, 1),
-                       equivalent_radius(vapour, scene), deficit)
+def mean_radius(vapour, scene):
+    """Mean distance of the particles of each bubble from its centroid (the paper, eq. 24), (bubbles,) [m]."""
+    place, centroid = vapour.places(scene.period)
+    return vapour.sum(np.linalg.norm(place - centroid[vapour.index], axis=1)) / np.maximum(vapour.n, 1)
 
 
 def store_sizes(arrays):

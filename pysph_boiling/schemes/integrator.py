@@ -127,7 +127,7 @@ class PBFIntegrator(Integrator):
         of which must be true for the stage to run; without functions it always runs. ``heat_limit`` is the explicit
         limit of the heat step [s] and ``step_limit`` the largest change of enthalpy in one heat step [J/kg]. ``skin``
         is the distance by which neighbour lists reach farther than the support [m]. ``motion`` is a
-        :class:`MotionLimits`, and ``meter`` an optional :class:`~pysph_boiling.schemes.effects.mechanics.Meter`.
+        :class:`MotionLimits`, and ``meter`` an optional :class:`~pysph_boiling.schemes.effects.mechanics.WorkMeter`.
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]

@@ -135,8 +135,8 @@ def has_host_sums(equations):
     return isinstance(parts, list | tuple) and any(map(has_host_sums, parts))
 
 
-def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="serial", say=CheckedModule.say):
-    """Fill PySPH's cache of compiled modules for these equations, ``jobs`` at a time (all cores if not given).
+def build_side_by_side(arrays, equations, kernel, integrator, mode="serial", say=CheckedModule.say):
+    """Fill PySPH's cache of compiled modules for these equations, one on each core at a time.
 
     ``mode`` is "mpi" if the run has several ranks. ``say`` is called with a sentence before and after compiling.
 
@@ -154,7 +154,7 @@ def build_side_by_side(arrays, equations, kernel, integrator, jobs=None, mode="s
     if not missing:
         return
     modules[missing[0]].check_writable()
-    jobs = min(jobs or os.cpu_count() or 1, len(missing))
+    jobs = min(os.cpu_count() or 1, len(missing))
     say(f"compiling {len(missing)} of {len(sources)} stages of the time step ({', '.join(names[k] for k in missing)}), "
         f"{jobs} at a time; each takes 20 to 60 s, and later runs reuse it")
     context, start = multiprocessing.get_context("fork"), time.perf_counter()

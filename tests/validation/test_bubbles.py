@@ -9,8 +9,9 @@ from harness import Stepper
 from pysph_boiling.evaluation.problems.bubble_at_rest import BubbleAtRest
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.bubbles import bubble_table
+from pysph_boiling.schemes.bubbles import equivalent_radius, mean_radius
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, HeatConduction, Heater, Venting
+from pysph_boiling.schemes.vapour import Vapour
 
 DX = 0.004
 
@@ -35,27 +36,30 @@ def pool(width, fill, centres, radius=3.2):
         inside |= np.hypot(fluid.x - x * DX, fluid.y - y * DX) < radius * DX
     fluid.phase[inside], fluid.e[inside] = Phase.VAPOUR, scheme.material.L
     return SimpleNamespace(scheme=scheme, stepper=stepper, fluid=fluid, vapour=inside,
-                           table=lambda: bubble_table(scheme.arrays, scheme.scene()))
+                           bubbles=lambda: Vapour(scheme.arrays))
 
 
 def test_bubbles_that_touch_merge_and_their_volumes_add():
     p = pool(30, 24, [(11.0, 12.0), (18.0, 12.0)])
     p.stepper.step()
-    before = p.table()
+    before = p.bubbles()
+    volumes = equivalent_radius(before, p.scheme.scene())**2
+    mass = before.get("m").sum()
     assert len(before.n) == 2
     merged = None
     for _ in range(600):
         p.fluid.u[p.vapour] += 0.002 * np.sign(15.0 * DX - p.fluid.x[p.vapour])  # a breeze that brings them together
         p.stepper.step()
-        merged = p.table()
+        merged = p.bubbles()
         if len(merged.n) == 1:
             break
     assert len(merged.n) == 1 and merged.n[0] == before.n.sum()
-    assert merged.mass[0] == pytest.approx(before.mass.sum(), rel=1e-12)
-    assert merged.equivalent_radius[0] ** 2 == pytest.approx(np.sum(before.equivalent_radius**2), rel=1e-12)
+    assert merged.get("m").sum() == pytest.approx(mass, rel=1e-12)
+    assert equivalent_radius(merged, p.scheme.scene())[0] ** 2 == pytest.approx(volumes.sum(), rel=1e-12)
     p.stepper.step(600)
     natural = 0.3761 * DX * np.sqrt(merged.n[0])  # mean distance from the centre of a disk of this volume
-    assert len(p.table().n) == 1 and p.table().mean_radius[0] == pytest.approx(natural, rel=0.15)
+    assert len(p.bubbles().n) == 1
+    assert mean_radius(p.bubbles(), p.scheme.scene())[0] == pytest.approx(natural, rel=0.15)
 
 
 @pytest.mark.parametrize("dim, cells", [(2, 24), pytest.param(3, 14, marks=pytest.mark.slow)])
@@ -69,10 +73,10 @@ def test_sheared_bubble_splits_and_a_still_one_does_not():
     p = pool(60, 24, [(30.0, 12.0)], radius=4.5)
     n = np.count_nonzero(p.vapour)
     p.stepper.step(200)
-    assert p.table().n.tolist() == [n]
+    assert p.bubbles().n.tolist() == [n]
     speed = 12.0 * DX / p.scheme.scene().fall_time
     for _ in range(60):
         p.fluid.u[:] = np.clip((p.fluid.y / DX - 12.0) / 4.0, -1.0, 1.0) * speed * np.sin(np.pi * p.fluid.x / (60 * DX))
         p.stepper.step()
-    pieces = p.table().n
+    pieces = p.bubbles().n
     assert len(pieces) >= 2 and pieces.sum() == n and np.sort(pieces)[-2] >= 0.1 * n

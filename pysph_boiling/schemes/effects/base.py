@@ -325,12 +325,12 @@ def constant(arrays, name):
 
 
 @computed_once
-def sum_over(arrays, name, carried=True):
+def sum_over(arrays, name):
     """Sum of a property over the real particles of all arrays and ranks, with the values of removed particles."""
     value = 0.0
     for pa in arrays:
         value += ranks.total(float(np.sum(host(pa, name), dtype=float)))
-        if carried and f"carried_{name}" in pa.constants:
+        if f"carried_{name}" in pa.constants:
             value += float(pa.constants[f"carried_{name}"].get_npy_array()[0])
     return value
 

@@ -8,7 +8,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import heat
 from pysph_boiling.parallel import ranks
-from pysph_boiling.particles import Property, check_heaters
+from pysph_boiling.particles import Property, check_heaters, vector
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, joined, param
 from pysph_boiling.schemes.stages import Term
 
@@ -266,9 +266,7 @@ class AmbientLoss(Effect):
 
     def properties(self, scene):
         return (
-            Property("gsx", "1/m", "gradient of the indicator function, normal to the free surface"),
-            Property("gsy", "1/m", "gradient of the indicator function"),
-            Property("gsz", "1/m", "gradient of the indicator function"),
+            *vector("gsx gsy gsz", "1/m", "gradient of the indicator function, normal to the free surface"),
             Property("q_loss", "J", "heat lost to the ambient since the start", state=True, cumulative=True),
         )
 

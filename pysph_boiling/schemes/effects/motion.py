@@ -7,7 +7,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
-from pysph_boiling.particles import Property, fill, lattice_density
+from pysph_boiling.particles import Property, fill, lattice_density, vector
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
@@ -76,33 +76,20 @@ class DensityConstraint(Effect):
 
     def properties(self, scene):
         return (
-            Property("au", "m/s^2", "acceleration for the next prediction", state=True),
-            Property("av", "m/s^2", "acceleration", state=True),
-            Property("aw", "m/s^2", "acceleration", state=True),
-            Property("sx", "m", "displacement of this step, x* - x"),
-            Property("sy", "m", "displacement of this step"),
-            Property("sz", "m", "displacement of this step"),
+            *vector("au av aw", "m/s^2", "acceleration for the next prediction", state=True),
+            *vector("sx sy sz", "m", "displacement of this step, x* - x"),
             Property("lmbda", "kg m^2", "Lagrange multiplier of the density constraint"),
             Property("compression", "-", "positive part of the density constraint C"),
             Property("left_over", "-", "compression from before a short step"),
-            Property("gcx", "1/m", "gradient of C with respect to the particle itself"),
-            Property("gcy", "1/m", "gradient of C"),
-            Property("gcz", "1/m", "gradient of C"),
+            *vector("gcx gcy gcz", "1/m", "gradient of C with respect to the particle itself"),
             Property("gc2", "1/(kg m^2)", "sum over the others of |grad C|^2 / m"),
-            Property("dpx", "m", "position correction of one sweep"),
-            Property("dpy", "m", "position correction of one sweep"),
-            Property("dpz", "m", "position correction of one sweep"),
+            *vector("dpx dpy dpz", "m", "position correction of one sweep"),
             Property("limited", "-", "corrections cut by the displacement limiter since the start", "int", True, True),
-        ) + ((
-            Property("qx", "m", "displacement of the last sweep"),
-            Property("qy", "m", "displacement of the last sweep"),
-            Property("qz", "m", "displacement of the last sweep"),
-        ) if self.chebyshev_radius else ()) + ((
-            Property("place", "-", "index at the last neighbour search", "int", True),
-            Property("listed_x", "m", "position at the last neighbour search", state=True),
-            Property("listed_y", "m", "position at the last neighbour search", state=True),
-            Property("listed_z", "m", "position at the last neighbour search", state=True),
-        ) if self.skin else ())
+            *(vector("qx qy qz", "m", "displacement of the last sweep") if self.chebyshev_radius else ()),
+            *((Property("place", "-", "index at the last neighbour search", "int", True),
+               *vector("listed_x listed_y listed_z", "m", "position at the last neighbour search", state=True))
+              if self.skin else ()),
+        )
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.chebyshev_radius else {}
@@ -138,20 +125,19 @@ class DensityConstraint(Effect):
                 fill(arrays[name], axis, g)
 
     def columns(self, scene):
+        def largest(constant, index):
+            return lambda arrays, scene: max(float(pa.constants[constant][index]) for pa in arrays)
+
         return (
-            Column("sweeps", "-", "density sweeps of the last step",
-                   lambda arrays, scene: max(float(pa.sweeps[1]) for pa in arrays)),
+            Column("sweeps", "-", "density sweeps of the last step", largest("sweeps", 1)),
             Column("density_error_mean", "-", "mean positive density error before the last sweep",
-                   lambda arrays, scene: max(float(pa.density_error[0]) for pa in arrays)),
+                   largest("density_error", 0)),
             Column("density_error_max", "-", "largest positive density error before the last sweep",
-                   lambda arrays, scene: max(float(pa.density_error[1]) for pa in arrays)),
-            Column("n_unconverged", "-",
-                   "steps since the start that ended with a mean density error above max_mean_error",
-                   lambda arrays, scene: max(float(pa.unconverged[0]) for pa in arrays)),
-            Column("substeps", "-", "steps into which the last step was split",
-                   lambda arrays, scene: max(float(pa.substeps[0]) for pa in arrays)),
-            Column("n_split", "-", "steps since the start that were split",
-                   lambda arrays, scene: max(float(pa.substeps[1]) for pa in arrays)),
+                   largest("density_error", 1)),
+            Column("n_unconverged", "-", "steps since the start that ended with a mean density error above "
+                   "max_mean_error", largest("unconverged", 0)),
+            Column("substeps", "-", "steps into which the last step was split", largest("substeps", 0)),
+            Column("n_split", "-", "steps since the start that were split", largest("substeps", 1)),
             cumulative("n_limited", "-", "corrections cut by the displacement limiter since the start", "limited"),
         )
 

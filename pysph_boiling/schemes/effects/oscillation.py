@@ -9,7 +9,7 @@ from pysph_boiling.device import largest, real, summed, values
 from pysph_boiling.equations import oscillation
 from pysph_boiling.names import SchemeError
 from pysph_boiling.parallel import ranks
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, vector
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.effects.base import Column, Effect, constant, param
 from pysph_boiling.schemes.rayleigh_plesset import RayleighPlesset
@@ -109,9 +109,9 @@ class Oscillation(Effect):
             mu=material.mu_l if self.viscosity is None else self.viscosity)
 
     def properties(self, scene):
-        rows = [Property(name, "m", "centre of its bubble") for name in ("bcx", "bcy", "bcz")]
-        rows += [Property(name, "-", "mean direction from the centre of its bubble") for name in ("bdx", "bdy", "bdz")]
-        rows.append(Property("push_multiplier", "kg m", "mass times displacement along its direction"))
+        rows = [*vector("bcx bcy bcz", "m", "centre of its bubble"),
+                *vector("bdx bdy bdz", "-", "mean direction from the centre of its bubble"),
+                Property("push_multiplier", "kg m", "mass times displacement along its direction")]
         if self.form == "hysteresis":
             rows.append(Property("target_radius", "-", "target radius of its bubble over that at rest; negative while "
                                  "it shrinks", state=True))
@@ -131,10 +131,10 @@ class Oscillation(Effect):
                        for name, meaning in meanings.items() if name in self.constants(scene))
 
         def distance(arrays, scene):
-            from pysph_boiling.schemes.bubbles import bubble_table
+            from pysph_boiling.schemes.bubbles import mean_radius, vapour_of
 
-            table = bubble_table(arrays, scene)
-            return float(np.mean(table.mean_radius)) if len(table.label) else 0.0
+            vapour = vapour_of(arrays)
+            return float(np.mean(mean_radius(vapour, scene))) if len(vapour.label) else 0.0
 
         return (*counts,
                 Column("work_oscillation", "J", "kinetic energy added by the constraint since the start",
