@@ -1,18 +1,18 @@
-"""A step of ``steady_boiling`` while it boils, stage by stage; and against another version of the package.
+"""Time of a step of ``steady_boiling`` while it boils, stage by stage, and a comparison with another version.
 
     python benchmarks/boil.py [--quick] [--against REV] [--json FILE] [--report FILE.md] [options of the scene]
 
-The vessel boils for a second and more, once for each h/dx. From that state, taken over as particles, each version goes
-on in a process of its own, a few steps in turn with the other, so that both meet the same machine. ``--against`` takes
-the other version from this git checkout. The first steps are not timed; a step is all that happens between two steps,
-tools and ledger too; particle files are timed apart. Below h/dx 1.2 cohesion reaches as far as the support. Options
-that are not named here go to the scene (``--width 20``). The first run of a version compiles it, for minutes.
+For each h/dx the vessel first boils for a second or more. Each version then starts from these particles, in a process
+of its own. The versions take turns of a few steps, so that other load on the machine affects both. ``--against`` takes
+the other version from this git checkout. The time of a step includes tools and ledger. The first steps are not timed,
+and particle files are timed separately. Below h/dx 1.2 the range of cohesion ends at the kernel support. Unknown
+options are passed to the scene (``--width 20``). The first run of a version compiles it, which takes minutes.
 
-With ``--against``, exits with 1 unless both versions did the same: positions to 1e-9 spacings after 12 steps; phases,
-labels of bubbles and counts after 50. A boil is chaotic, and other sums in another order are enough to change who boils
-first. So a twin of this version starts with positions moved by 1e-13 spacings, and what that changes is allowed: ten
-times its largest distance, twice as many particles as it has in another phase or bubble. Physics that was mended
-between the versions shows there.
+With ``--against``, the exit status is 1 unless both versions give the same result: positions to 1e-9 spacings after 12
+steps, and equal phases, bubble labels and counts after 50. A boil is chaotic: summing in another order changes which
+particles boil first. So a twin of this version starts with positions moved by 1e-13 spacings, and the versions may
+differ by ten times its largest distance, and by twice its number of particles in another phase or bubble. Changes of
+the physics between the versions exceed that.
 """
 import argparse
 import io
@@ -47,11 +47,11 @@ OUTSIDE, WHOLE, FILE = "outside the stages", "whole step", "a particle file"
 
 
 class NoVersion(Exception):
-    """The other version cannot be had; the message says why."""
+    """The other version is not available; the message gives the reason."""
 
 
 def git(*arguments):
-    """What git answers in this checkout, as bytes; :class:`NoVersion` with what it says otherwise."""
+    """The output of git in this checkout, as bytes. Raises :class:`NoVersion` with its error message if it fails."""
     try:
         done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True)
     except FileNotFoundError:
@@ -80,7 +80,7 @@ def unpack(revision, folder):
 
 
 class Process:
-    """A version that boils in a process of its own: ``ask`` it for steps, files and states."""
+    """A version that runs in a process of its own; ``ask`` requests steps, particle files and states from it."""
 
     def __init__(self, name, root, *, hdx, state, threads, scene):
         self.name, self.folder, self.errors = name, tempfile.TemporaryDirectory(), tempfile.TemporaryFile("w+")
@@ -107,7 +107,7 @@ class Process:
         return json.loads(answer)
 
     def state(self, folder, steps):
-        """The state after so many steps, name -> array; also a file in ``folder``."""
+        """The state after ``steps`` steps as (path of its file in ``folder``, dict of name -> array)."""
         path = Path(folder) / f"{self.name} {steps}.npz"
         self.ask(state=str(path))
         with np.load(path) as data:
@@ -115,7 +115,7 @@ class Process:
 
 
 def measure(versions, *, hdx, steps, before, threads, scene, say):
-    """Times and differences at one h/dx: a dictionary. ``versions``: name -> root, the first one makes the state."""
+    """A dict of times and differences at one h/dx; ``versions`` maps names to roots, and the first makes the state."""
     maker, *others = versions
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         def started(name, state=None):
@@ -159,7 +159,7 @@ def measure(versions, *, hdx, steps, before, threads, scene, say):
 
 
 def moved(state, path):
-    """Write a state whose particles stand TWIN spacings away, each in a direction of its own; the path of the file."""
+    """Write a state whose particles are moved by about TWIN spacings in random directions; returns the path."""
     random, other = np.random.default_rng(1), dict(state)
     for name in ("property x", "property y", "property z"):
         other[name] = state[name] + TWIN * state["spacing"] * random.normal(size=len(state[name]))
@@ -168,7 +168,7 @@ def moved(state, path):
 
 
 def figures(steps, files):
-    """Of the steps of one version: part -> least and median [ms]; sweeps; share of the mean that is outside the stages.
+    """Times of the steps of one version: least and median of each part [ms], sweeps, and the share outside the stages.
     """
     stages = [name for name in steps[0] if name not in ("whole", "sweeps")]
     parts = {name: [step[name] for step in steps] for name in stages}
@@ -189,14 +189,14 @@ def by_uid(state, name):
 
 
 def distances(ours, theirs):
-    """How far each particle is from itself in the other state [spacings], or ``None`` if they are not the same ones."""
+    """Distance of each particle between two states [spacings], or ``None`` if the states have other particles."""
     if not np.array_equal(by_uid(ours, "uid"), by_uid(theirs, "uid")):
         return None
     return np.sqrt(sum((by_uid(ours, axis) - by_uid(theirs, axis)) ** 2 for axis in "xyz")) / ours["spacing"]
 
 
 def same_positions(ours, theirs, steps, twin=None):
-    """Whether each particle is where it is in the other version: claim, verdict, what was found.
+    """Whether particles have the same positions in both versions, as a dict with claim, verdict and text.
 
     ``twin`` is the state of a run that started TWIN spacings away, if there is one.
     """
@@ -214,7 +214,7 @@ def same_positions(ours, theirs, steps, twin=None):
 
 
 def counts(state):
-    """What is counted: particles of each phase, bubbles, and what departed and was vented, name -> number."""
+    """Numbers of particles in each phase, of bubbles, of departures, and of particles and bubbles vented, by name."""
     phase, bubble = state["property phase"], state["property bubble"]
     found = {phase_.name.lower(): int((phase == phase_).sum()) for phase_ in Phase}
     found["bubbles"] = len(np.unique(bubble[phase == Phase.VAPOUR]))
@@ -223,14 +223,14 @@ def counts(state):
 
 
 def differing(ours, theirs):
-    """How many particles are in another phase, and how many have another label; ``None`` if they are not the same."""
+    """Numbers of particles with another phase and with another label; ``None`` if the states have other particles."""
     if not np.array_equal(by_uid(ours, "uid"), by_uid(theirs, "uid")):
         return None
     return [int((by_uid(ours, name) != by_uid(theirs, name)).sum()) for name in ("phase", "bubble")]
 
 
 def same_events(ours, theirs, steps, twin=None):
-    """Whether phases, labels and counts are those of the other version: claim, verdict, what was found.
+    """Whether phases, labels and counts are equal in both versions, as a dict with claim, verdict and text.
 
     ``twin`` is the state of a run that started TWIN spacings away, if there is one.
     """
@@ -275,19 +275,20 @@ def table(row):
 
 
 def times_as_fast(mine, other, part):
-    """How many times as fast a part is here, by least and median: time there over time here, where both took some."""
+    """How many times as fast a part is here: ratio of the least and of the median times, if both are above 0."""
     here, there = mine["parts"].get(part, {}), other["parts"].get(part, {})
     return {what: there[what] / here[what] for what in here if here[what] > 0.0 < there.get(what, 0.0)}
 
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="Other options go to the scene.")
-    add_report_options(parser, quick="the scene's demo, h/dx 1.2 alone")
+    add_report_options(parser, quick="use the scene's demo, and h/dx 1.2 only")
     parser.add_argument("--against", metavar="REV", help="another version: a commit, branch or tag of this checkout")
-    parser.add_argument("--hdx", type=float, nargs="+", help="smoothing lengths over spacing (1.2 and 1.0)")
-    parser.add_argument("--before", type=int, help=f"steps to the state that is common ({STATE}; quick {QUICK_STATE})")
-    parser.add_argument("--steps", type=int, default=SAME_EVENTS, help="steps from there on (%(default)s)")
-    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="OpenMP threads (%(default)s)")
+    parser.add_argument("--hdx", type=float, nargs="+", help="smoothing lengths over spacing; default 1.2 and 1.0")
+    parser.add_argument("--before", type=int,
+                        help=f"steps before the measurement; default {STATE}, {QUICK_STATE} with --quick")
+    parser.add_argument("--steps", type=int, default=SAME_EVENTS, help="steps that are measured; default %(default)s")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="OpenMP threads; default %(default)s")
     options, scene = parser.parse_known_args(argv)
     if options.steps <= UNTIMED:
         parser.error(f"--steps must be more than {UNTIMED}, which are not timed; got {options.steps}")

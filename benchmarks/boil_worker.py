@@ -1,10 +1,10 @@
-"""One version of the package that boils: takes steps of ``steady_boiling`` when boil.py asks it to, and times them.
+"""Runs one version of the package for boil.py: takes steps of ``steady_boiling`` on request, and times them.
 
     python boil_worker.py ROOT HDX STATE FOLDER [options of the scene]
 
-``ROOT`` is where the package must come from, ``STATE`` a file of :meth:`Boil.state_now` or "-". Requests are lines of
-JSON on the standard input, each is answered by one line on the standard output; what the package prints goes to the
-error output. Every version since 1aae54e runs under this file as it is: it may use nothing that one of them lacks.
+``ROOT`` is the folder from which the package is imported, and ``STATE`` a file of :meth:`Boil.state_now` or "-".
+Requests are lines of JSON on the standard input; each is answered by one line on the standard output. Output of the
+package goes to the error output. This file must work with every version since 1aae54e, and may only use what they have.
 """
 import dataclasses
 import json
@@ -23,7 +23,7 @@ EVERY_VERSION_ITS_OWN = {"h", "tag", "pid", "gid"}  # properties: of the scheme 
 
 
 class Boil(SteadyBoiling):
-    """Steady boiling at an h/dx of its own, from a state that is given, in steps that are asked for."""
+    """Steady boiling at a given h/dx, from a given state, in steps that are taken on request."""
 
     hdx = state = answers = None
 
@@ -57,7 +57,7 @@ class Boil(SteadyBoiling):
 
 
 def fill(pa, state):
-    """Give an array the particles of a state: the properties and constants that both have, of the same length."""
+    """Give an array the particles of a state: all properties and constants that both have with equal lengths."""
     n, now = len(state["property x"]), pa.get_number_of_particles()
     if n < now:
         pa.remove_particles(np.arange(n, now))

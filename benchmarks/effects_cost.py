@@ -1,15 +1,14 @@
-"""What each effect costs: time per step and neighbour sweeps, added alone and taken out of the full model.
+"""Cost of each effect: time per step and neighbour sweeps, when it is added alone and when the full model lacks it.
 
     python benchmarks/effects_cost.py [--quick] [--json FILE]
 
-One pool of water with bubbles in it, settled once; every set of effects starts from that state, takes the same number
-of steps, and is measured in turn with the others, several times over: times are medians, and ratios to the bare
-density constraint of the same round. The first run compiles some hundred modules (half an hour on two cores); later
-ones find them in PySPH's cache.
+A pool of water with bubbles is settled once. Every set of effects starts from this state and takes the same number of
+steps. The sets take turns in several rounds. Times are medians, and ratios are to the density constraint alone in the
+same round. The first run compiles about a hundred modules, which takes half an hour on two cores.
 
-Exits with 1 unless (a) BoilingScheme without effects generates the source and the properties of PBFScheme, and (b) the
-full model, in water too cold to boil, takes as many sweeps over fluid and walls a step as motion with heat does (it
-has one more over the few sites, which pull at cold water as well); the times of both are printed.
+The exit status is 1 unless (a) BoilingScheme without effects generates the source and the properties of PBFScheme, and
+(b) the full model, in water too cold to boil, takes as many sweeps over fluid and walls per step as motion with heat.
+It has one more sweep over the few sites, which attract cold water too. The times of both are printed.
 """
 import argparse
 import os
@@ -80,7 +79,7 @@ def full_model(upper):
 
 
 def closure(slot, effects):
-    """The set that an effect needs: itself and what it requires, in the order of the slots."""
+    """The effect of a slot and all effects that it requires, in the order of the slots."""
     wanted = {slot}
     while True:
         more = {needed for name in wanted for needed in effects[name].requires if needed != "density"} - wanted
@@ -90,7 +89,7 @@ def closure(slot, effects):
 
 
 def without(slot, effects):
-    """The set without an effect and those that need it."""
+    """The set without the effect of a slot and without those that require it."""
     gone = {slot}
     while True:
         more = {name for name, effect in effects.items() if gone & set(effect.requires)} - gone
@@ -119,7 +118,7 @@ class Pool:
         self.equations = self.scheme.get_equations()
 
     def compile(self):
-        """Ready to step."""
+        """Compile the stages, so that steps can be taken."""
         self.solver = self.scheme.get_solver()
         nnps = neighbour_search(self.arrays, dim=3, radius_scale=self.scheme.kernel.radius_scale, fixed_h=True)
         self.solver.set_parallel_manager(None)
@@ -194,7 +193,7 @@ class Pool:
 
 
 def bubbles(state, upper):
-    """Which particles are vapour: four balls of 2.2 spacings, on their way up."""
+    """Mask of the vapour at the start: four balls with a radius of 2.2 spacings."""
     inside = np.zeros(len(state["x"]), bool)
     for fx, fy, fz in ((0.3, 0.3, 0.12), (0.7, 0.3, 0.25), (0.3, 0.7, 0.35), (0.7, 0.7, 0.5)):
         inside |= ((state["x"] - fx * upper[0]) ** 2 + (state["y"] - fy * upper[1]) ** 2

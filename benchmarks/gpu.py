@@ -1,7 +1,8 @@
-"""What a graphics card makes of it: the parity of the equations, and steady boiling at 20,000, 200,000 and 2 million.
+"""Tests and times on a graphics card: every equation, and steady boiling with 20,000, 200,000 and 2 million particles.
 
-Run ``python benchmarks/gpu.py`` where OpenCL sees a card (``--backend cuda`` with PyCUDA; that way was never run). It
-prints a table: particles, milliseconds a step, the share of each stage, and the residual of the energy ledger.
+Run ``python benchmarks/gpu.py`` on a machine where OpenCL finds a card, or with ``--backend cuda`` and PyCUDA, which
+was never tried. It prints a table with the number of particles, milliseconds per step, the share of each stage, and the
+residual of the energy ledger.
 """
 import argparse
 import json
@@ -47,10 +48,10 @@ def timed(size, steps, backend, precision):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--backend", choices=("opencl", "cuda"), default="opencl")
-    parser.add_argument("--use-double", action="store_true", help="double precision; single if not given")
+    parser.add_argument("--use-double", action="store_true", help="double precision; default single")
     parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES))
-    parser.add_argument("--steps", type=int, default=50, help="steps of each size; the first compiles")
-    parser.add_argument("--any-device", action="store_true", help="also where OpenCL sees no graphics card")
+    parser.add_argument("--steps", type=int, default=50, help="steps of each size; default %(default)s")
+    parser.add_argument("--any-device", action="store_true", help="run even if OpenCL finds no graphics card")
     parser.add_argument("--no-parity", action="store_true", help="leave out the tests of the equations")
     options = parser.parse_args()
     if options.backend == "opencl" and not options.any_device and not cards():

@@ -1,13 +1,13 @@
 """Growth of one bubble in superheated liquid, against the similarity solution R = 2 b sqrt(alpha t).
 
-A disc or a sphere of vapour in liquid that is superheated far away, on particles that stand still, at equal density.
-The start is the exact profile at a radius of a few spacings; then the bubble grows until its radius is ``growth`` times
-as large. What it has gained by then says how the model's interface behaves: whether latent heat is pooled, how far
-the vapour reaches as a site, and what becomes of stored heat when the bubble departs in the end.
+A disc or a sphere of vapour grows in superheated liquid of equal density, on particles that do not move. It starts with
+the exact temperature profile at a radius of a few spacings, and grows until its radius is ``growth`` times as large.
+Its volume is then compared with the exact one, with and without pooled latent heat, for several distances at which
+vapour acts as a site, and for held and converted heat. At the end liquid takes its place.
 
     python benchmarks/growth.py [--quick] [--json FILE] [--report FILE.md]
 
-Exits with 1 where a claim that the documentation makes does not hold.
+The exit status is 1 if a claim of the documentation does not hold.
 """
 import argparse
 import itertools
@@ -25,7 +25,7 @@ from pysph_boiling.runs.ledger import write_json
 
 
 def measured(case):
-    """What a run measured, as one row of the table."""
+    """The results of a run, as one row of the table."""
     outcome = case.run()
     return dict(asdict(case), **outcome.errors, **outcome.facts, particles=outcome.particles, steps=outcome.steps,
                 seconds=outcome.seconds)
@@ -44,7 +44,7 @@ def quick_cases():
 
 
 def all_cases():
-    """The grid that the defaults were chosen from."""
+    """The grid of parameters from which the defaults were chosen."""
     yield from quick_cases()
     yield replace(BASE, radius=2.0, vapour_as_site=False)
     for pooled, reach, jitter, radius in itertools.product((True, False), (1.0, 1.2, 1.4, 1.5), (0.0, 0.2), (2.0, 4.0)):
@@ -113,8 +113,8 @@ def claims(rows):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_report_options(parser, quick="six runs instead of the whole grid", report="write the table there",
-                       json="write the rows there")
+    add_report_options(parser, quick="six runs instead of the whole grid", report="write the table to this file",
+                       json="write the rows to this file")
     options = parser.parse_args(argv)
 
     cases, rows, console = list(dict.fromkeys(quick_cases() if options.quick else all_cases())), [], Console(width=160)

@@ -1,16 +1,16 @@
-"""What accuracy costs here and in other codes: SPlisHSPlasH's PBF and DFSPH, and a Position Based Fluids in Taichi.
+"""Cost of accuracy here and in other codes: SPlisHSPlasH's PBF and DFSPH, and Position Based Fluids in Taichi.
 
     python benchmarks/peers.py [--quick] [--json FILE] [--report FILE.md]
 
-A hydrostatic column and a dam break, of the same particles (fluid and walls), spacing, kernel, support radius and
-duration, without viscosity. Every code runs a small grid of time steps and tolerances; errors are measured from the
-positions by one function for all (:mod:`scenes`). Of each code's front, which none of its other settings beats in both
-error and time, the settings next to the errors that are asked for are run again, in turn with the other codes, with one
-and two threads. Then the codes are compared at equal density error: costs are interpolated between the settings,
-log-log, never beyond them.
+All codes run a hydrostatic column and a dam break with the same particles (fluid and walls), spacing, kernel, support
+radius and duration, without viscosity. Every code runs a small grid of time steps and tolerances, and one function
+measures the errors of all codes from the positions (:mod:`scenes`). The front of a code consists of the settings that
+none of its others beats in both error and time. Its settings next to the required errors are run again, in turn with
+the other codes, with one and two threads. The codes are compared at equal density error: costs are interpolated between
+the settings in log-log scale, and never extrapolated.
 
-The other codes are installed into an environment of their own (``--environment``, 1 GB). Exits with 1 if a run failed
-or the codes did not get the same scene, and with 3 if the other codes are not there; the ratios are what they are.
+The other codes are installed into an environment of their own (``--environment``, 1 GB). The exit status is 1 if a run
+failed or the codes did not get the same scene, and 3 if the other codes are not installed.
 """
 import argparse
 import json
@@ -88,7 +88,7 @@ def dam_break(n, duration):
 # --- the environment of the other codes -------------------------------------------------------------------------------
 
 class NotInstalled(Exception):
-    """The other codes are not there; the message says why."""
+    """The other codes are not installed; the message gives the reason."""
 
 
 def environment(folder, console, install=True):
@@ -161,7 +161,7 @@ class Run:
                 self.record = self.measure(data)
 
     def measure(self, data):
-        """What the positions tell: the same functions for every code."""
+        """Measure errors from the positions, with the same functions for every code."""
         scene, times = self.scene, data["times"]
         watched = times >= scene.watched
         errors = np.array([compression(scene, x) for x in data["positions"][watched]])
@@ -179,7 +179,7 @@ class Run:
 
     @property
     def valid(self):
-        """Whether it ran, and kept its particles."""
+        """Whether the run succeeded without losing particles."""
         return self.record is not None and self.record["outside"] <= ESCAPES * len(self.scene.fluid)
 
     def point(self, threads, k=None):

@@ -1,11 +1,13 @@
-"""Threads against ranks: time of a step, what ranks tell each other, and on paper what becomes of it at 1e8 particles.
+"""Threads and MPI ranks: time of a step, data exchanged between ranks, and an estimate for up to 1e8 particles.
 
     python benchmarks/scaling.py [--quick] [--json FILE]
 
-The dam break (3-D) on one core, on all cores by threads and on as many by MPI ranks, in turn, several times; medians.
-Needs ``make setup-mpi``. The model takes the bytes of a ghost from the run, everything else from geometry.
+The dam break (3-D) runs on one core, with threads on all cores, and with one MPI rank per core, in turn and several
+times; times are medians. It needs ``make setup-mpi``. The estimate takes the bytes per ghost from the runs, and
+everything else from geometry.
 
-Exits with 1 unless ranks move as many particles as threads, and take at most 0.8 of the time of one core.
+The exit status is 1 unless ranks and threads have the same number of particles, and ranks take at most 0.8 of the time
+of one core.
 """
 import argparse
 import json

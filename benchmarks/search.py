@@ -1,12 +1,12 @@
-"""Our neighbour search under PySPH's own dam breaks, which stay as they are, against PySPH's search.
+"""Our neighbour search compared with PySPH's, in PySPH's own dam breaks, which are not modified.
 
     python benchmarks/search.py [--dim 2|3] [--dx M] [--steps N] [--rounds N] [--json FILE]
 
-The same example is set up three times: with PySPH's default search, which looks for neighbours at each sum; with its
-lists (``--cache-nnps``); and with ours, which its ``create_nnps`` returns. Each takes the same number of steps in turn,
-several rounds long, in one process with all threads. Told are the least and the median time of a step, the least of a
-search alone (sorting, and the lists of every pair of arrays that the equations sum over), and how far particles lie
-apart in the end: searches find the same neighbours in another order, so that sums differ by round-off.
+The same example is set up three times: with PySPH's default search, which searches in every sum; with its neighbour
+lists (``--cache-nnps``); and with our search, returned by ``create_nnps``. They take turns in one process with all
+threads, with equal numbers of steps in each round. The table has the least and the median time of a step, the least
+time of a search alone (sorting, and the lists of all pairs of arrays that the equations use), and the largest distance
+between positions at the end: neighbours are found in another order, so sums differ by round-off.
 """
 import argparse
 import importlib

@@ -2,13 +2,13 @@
 
     python benchmarks/size.py [--quick] [--orders] [--threads N] [--json FILE]
 
-A cube of water in an open tank of boundary particles, density constraint with a fixed number of sweeps. A boundary
-particle costs a fraction of a fluid particle, and a small tank has more of them: the rim of each tank is as high as it
-takes for the same share at every size. Each size runs in a process of its own, in turn with the others, several times;
-times are medians over the rounds. ``--orders`` asks whether the order of particles in memory matters: as a lattice,
-shuffled, and shuffled but put in spatial order again by PySPH's ``reorder_particles``.
+A cube of water stands in an open tank of boundary particles; the density constraint makes a fixed number of sweeps. A
+boundary particle costs less than a fluid particle, and small tanks have a larger share of them. So the rim of each tank
+is made so high that the share is equal at all sizes. Each size runs in a process of its own, and the sizes take turns
+in several rounds; times are medians. ``--orders`` compares orders of the particles in memory: a lattice, shuffled, and
+shuffled but sorted in space again by PySPH's ``reorder_particles``.
 
-Exits with 1 unless the time per particle (fluid and wall) and step is flat within 25 %: largest over smallest.
+The exit status is 1 unless the time per particle (fluid and wall) and step is flat within 25 %: largest over smallest.
 """
 import argparse
 import os

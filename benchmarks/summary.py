@@ -1,12 +1,12 @@
-"""All benchmarks in their quick forms, one after the other, and one table of what they found: ``make bench``.
+"""Runs the main benchmarks in their quick forms, and prints one table of their results: ``make bench``.
 
     python benchmarks/summary.py [--against REV] [--only NAME ...] [--report FILE.md]
 
-Each of them prints its own tables as it goes. ``--against`` has boil.py measure another version too. The other codes
-of peers.py take part where they are installed already; nothing is fetched here. The first run compiles for half an
-hour, most of it for effects_cost.py.
+Each benchmark also prints its own tables. ``--against`` lets boil.py measure another version, too. The other codes of
+peers.py are only run if they are installed already. The first run compiles for half an hour, mostly for
+effects_cost.py.
 
-Exits with 1 unless every benchmark that ran found what it claims.
+The exit status is 1 unless the claims of every benchmark that ran hold.
 """
 import argparse
 import json
@@ -76,7 +76,7 @@ OPTIONS = {"peers": ["--no-install"]}
 
 
 def run(name, options, folder):
-    """Run one benchmark: its rows of the table, and whether all that it claims holds, if its codes are installed."""
+    """Run one benchmark; returns its rows of the table, and whether its claims hold or its codes are not installed."""
     path = Path(folder) / f"{name}.json"
     script = Path(__file__).with_name(f"{name}.py")
     outcome = run_job(Job(name=name, command=(
@@ -93,7 +93,7 @@ def main(argv=None):
     parser.add_argument("--against", metavar="REV", help="another version that boil.py measures too")
     parser.add_argument("--only", nargs="+", choices=BENCHMARKS, default=list(BENCHMARKS), metavar="NAME",
                         help=f"of {', '.join(BENCHMARKS)}")
-    add_report_options(parser, report="write the table there", json=None)
+    add_report_options(parser, report="write the table to this file", json=None)
     options = parser.parse_args(argv)
     rows, good, begin = [], True, os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,6 @@
-"""What a run is told and what it tells: a job goes in as a file, positions and times come out as one.
+"""The input and output of a run of any code: a file with the job, and a file with positions and times.
 
-A worker is called as ``python worker.py JOB OUT``. It is the same for all codes; only NumPy is needed.
+A worker is called as ``python worker.py JOB OUT``. This module serves all codes, and only needs NumPy.
 """
 import json
 import sys

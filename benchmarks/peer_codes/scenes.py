@@ -1,7 +1,7 @@
-"""The scenes that every code runs, and what is measured of them: from positions alone, by the same functions for all.
+"""The scenes that every code runs, and the functions that measure them from positions alone, for all codes.
 
-Lengths in metres. A scene starts two spacings from the walls, centre to centre, which every code survives, and slightly
-off the lattice, so that no pair of particles stands at the support radius exactly.
+Lengths are in metres. The fluid starts two spacings from the walls, centre to centre, with which every code is stable,
+and slightly off the lattice, so that no pair of particles has exactly the distance of the support radius.
 """
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,8 +1,8 @@
-"""Position Based Fluids in Taichi, as one would write it: single precision, cells, lists of neighbours, Jacobi sweeps.
+"""Position Based Fluids in Taichi, written in the usual way: single precision, cells, neighbour lists, Jacobi sweeps.
 
-Particles are sorted into cells as wide as the support by counting; each step then gathers lists of neighbours once,
-which its sweeps share. The constraint, its clamp and the relaxation are those of Macklin & Müller 2013, boundary
-particles those of Akinci et al. 2012: what the other codes of the comparison solve.
+Particles are sorted by counting into cells as wide as the support. Each step builds neighbour lists once, and all its
+sweeps use them. Constraint, clamp and relaxation are those of Macklin & Müller 2013, and boundary particles those of
+Akinci et al. 2012, as in the other codes of the comparison.
 """
 import numpy as np
 import taichi as ti

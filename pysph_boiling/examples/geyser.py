@@ -133,7 +133,8 @@ class Geyser(ExplosiveBoiling):
                       "time for heat to cross a third of the chamber": (
                           (p.chamber_height * p.spacing / 3.0) ** 2 / diffusivity, "s")}
         if "dynamic_nucleation" in effects:
-            facts["St = c_l limit/L"] = (material.c_l * effects["dynamic_nucleation"].onset(scene)[0] / material.L, "-")
+            burst = effects["dynamic_nucleation"].onset(scene)[0]
+            facts["St = c_l (T - T_sat)/L of a burst"] = (material.c_l * burst / material.L, "-")
         return facts
 
     @property

@@ -144,8 +144,9 @@ class Cohesion(Effect):
     title: ClassVar[str] = "cohesion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
-    strength: float = param(None, "-", "in units of gravity; 5 in 2-D and 2 in 3-D if not given", low=0.0)
-    radius: float = param(2.4, "-", "range, in spacings", above=0.0)
+    strength: float = param(None, "-", "strength of the attraction, in units of gravity; 5 in 2-D and 2 in 3-D if "
+                            "not given", low=0.0)
+    radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
     # Bounds of strength g dt^2/spacing: the attraction and the response of the density constraint do not balance
     # exactly in a step, and the difference does work. Above the bounds a bubble at rest stirs the pool more and
@@ -180,8 +181,9 @@ class SiteAdhesion(Effect):
     title: ClassVar[str] = "adhesion to sites"
     requires: ClassVar[tuple[str, ...]] = ("preset_nucleation", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles stick to their sites")
-    strength: float = param(None, "-", "in units of gravity; 15 in 2-D and 8 in 3-D if not given", low=0.0)
-    radius: float = param(2.4, "-", "range, in spacings", above=0.0)
+    strength: float = param(None, "-", "strength of the attraction, in units of gravity; 15 in 2-D and 8 in 3-D if "
+                            "not given", low=0.0)
+    radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
     def strength_in(self, scene):
         return self.strength if self.strength is not None else {2: 15.0, 3: 8.0}[scene.dim]
