@@ -1,7 +1,7 @@
 """Sums over neighbours and density sweeps in C, for uniform masses and smoothing lengths, on the host.
 
-They are compiled once, by GCC or Clang for AVX2, as PySPH compiles its modules. The equations that call them are
-:mod:`pysph_boiling.equations.lean`.
+They are compiled once, by GCC or Clang for AVX2 or AVX-512, as PySPH compiles its modules. The equations that call them
+are :mod:`pysph_boiling.equations.lean`.
 """
 import functools
 from pathlib import Path
@@ -24,14 +24,19 @@ class FluidModule(EmbeddedModule):
 
     @staticmethod
     def flags():
-        return FLAGS
+        return (*FLAGS, "-mavx512f") if "avx512f" in processor_features() else FLAGS
 
 
 @functools.cache
+def processor_features():
+    """What the processor can do, as words of Linux; empty on other systems."""
+    processor = Path("/proc/cpuinfo")
+    return frozenset(processor.read_text().split()) if processor.exists() else frozenset()
+
+
 def has_avx2():
     """Whether the processor has AVX2, and what else belongs to x86-64-v3."""
-    processor = Path("/proc/cpuinfo")
-    return processor.exists() and set(processor.read_text().split()) >= AVX2_NEEDS
+    return processor_features() >= AVX2_NEEDS
 
 
 def serves():

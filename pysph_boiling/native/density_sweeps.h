@@ -28,52 +28,55 @@ typedef struct {                        /* of the fluid */
     const unsigned int *uid;
 } SweepFluid;
 
-typedef struct { Four x, y, z, w, gx, gy, gz, gg; } DensitySums;
+typedef struct { Lanes x, y, z, outer, inner, gx, gy, gz, gg; } DensitySums;
 
-PAIR_INLINE void add_density(DensitySums *sum, const PairSource *s, const unsigned int *neighbours, Four counted,
+PAIR_INLINE void add_density(DensitySums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
                              const PairKernel *kernel, int wendland, int weighted) {
-    const FourRecords at = four_records(s->records, neighbours);
-    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Four weight = weighted ? at.w*counted : counted, f = four_gradient(kernel, wendland, p, weight);
-    sum->w += weight*four_kernel(kernel, wendland, p);
+    const LaneRecords at = lanes_records(s->records, neighbours);
+    const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Lanes weight = weighted ? at.w*counted : counted, slope = weight * lanes_slope(kernel, wendland, p);
+    const Lanes f = wendland ? slope : slope / p.r;
+    sum->outer += weight*lanes_outer(wendland, p); sum->inner += weight*lanes_inner(wendland, p);
     sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
-    sum->gg += f*f * p.r2;
+    sum->gg += wendland ? f*f * p.r2 : slope*slope;
 }
 
-/* out: sums of W, of f (dx, dy, dz) and of f^2 r^2, f = (1/q) dW/dq; if ``weighted``, W and f times a record's w. */
+/* out: sums of W/w_scale, of f (dx, dy, dz) and of f^2 r^2, f = (1/r) (dW/dr)/g_scale; if ``weighted``, W and f times
+ * a record's w. */
 PAIR_INLINE void sum_density(const PairSource *s, long i, const PairKernel *kernel, int wendland, int weighted,
                              double x, double y, double z, double *out) {
     const unsigned int *neighbours = s->begin[i];
-    const int n = s->count[i], last = (n - 1) & ~3;
-    const Four none = four(0.0);
-    DensitySums sum = {four(x), four(y), four(z), none, none, none, none, none};
-    for (int k = 0; k < last; k += 4) add_density(&sum, s, neighbours + k, four(1.0), kernel, wendland, weighted);
-    if (n > 0) add_density(&sum, s, neighbours + last, four_counted(n), kernel, wendland, weighted);
-    out[0] = four_sum(sum.w); out[1] = four_sum(sum.gx); out[2] = four_sum(sum.gy); out[3] = four_sum(sum.gz);
-    out[4] = four_sum(sum.gg);
+    const int n = s->count[i], last = lanes_last(n);
+    const Lanes none = lanes(0.0);
+    DensitySums sum = {lanes(x), lanes(y), lanes(z), none, none, none, none, none, none};
+    for (int k = 0; k < last; k += LANES) add_density(&sum, s, neighbours + k, lanes(1.0), kernel, wendland, weighted);
+    if (n > 0) add_density(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland, weighted);
+    out[0] = lanes_sum(sum.outer) + kernel->ratio * lanes_sum(sum.inner);
+    out[1] = lanes_sum(sum.gx); out[2] = lanes_sum(sum.gy); out[3] = lanes_sum(sum.gz);
+    out[4] = lanes_sum(sum.gg);
 }
 
-typedef struct { Four x, y, z, plus, gx, gy, gz, here; } GradientSums;
+typedef struct { Lanes x, y, z, plus, gx, gy, gz, here; } GradientSums;
 
-PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Four counted,
+PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
                               const PairKernel *kernel, int wendland) {
-    const FourRecords at = four_records(s->records, neighbours);
-    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Four f = four_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
+    const LaneRecords at = lanes_records(s->records, neighbours);
+    const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Lanes f = lanes_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
     sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
-    sum->here += p.q < four(COINCIDENT) ? counted : four(0.0);
+    sum->here += p.r < lanes(COINCIDENT * kernel->h) ? counted : lanes(0.0);
 }
 
 /* out: sums of (plus + w) f (dx, dy, dz); how many neighbours are at the same place, itself among them. */
 PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, double plus,
                               double x, double y, double z, double *out) {
     const unsigned int *neighbours = s->begin[i];
-    const int n = s->count[i], last = (n - 1) & ~3;
-    const Four none = four(0.0);
-    GradientSums sum = {four(x), four(y), four(z), four(plus), none, none, none, none};
-    for (int k = 0; k < last; k += 4) add_gradient(&sum, s, neighbours + k, four(1.0), kernel, wendland);
-    if (n > 0) add_gradient(&sum, s, neighbours + last, four_counted(n), kernel, wendland);
-    out[0] = four_sum(sum.gx); out[1] = four_sum(sum.gy); out[2] = four_sum(sum.gz); out[3] = four_sum(sum.here);
+    const int n = s->count[i], last = lanes_last(n);
+    const Lanes none = lanes(0.0);
+    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), none, none, none, none};
+    for (int k = 0; k < last; k += LANES) add_gradient(&sum, s, neighbours + k, lanes(1.0), kernel, wendland);
+    if (n > 0) add_gradient(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland);
+    out[0] = lanes_sum(sum.gx); out[1] = lanes_sum(sum.gy); out[2] = lanes_sum(sum.gz); out[3] = lanes_sum(sum.here);
 }
 
 PAIR_INLINE long sweep_blocks(long n) { return (n + SWEEP_BLOCK - 1) / SWEEP_BLOCK; }
@@ -85,7 +88,7 @@ PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const
                                 const PairSource *own, const PairSource *walls, int n_walls, double forgiven,
                                 double *partial) {
     const PairKernel kernel = p->kernel;
-    const double scale = pair_scale(&kernel), slope = scale * kernel.h1*kernel.h1 / p->rho_rest;
+    const double scale = kernel.w_scale, slope = kernel.g_scale / p->rho_rest;
     double all = 0.0, left = 0.0, worst = 0.0, out[5];
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2], f = p->m * slope;
@@ -135,7 +138,7 @@ static void set_apart(const SweepModel *p, const SweepFluid *fluid, const PairSo
         unsigned int low = fluid->uid[i], high = fluid->uid[j];
         const double x = own->records[4*i] - own->records[4l*j], y = own->records[4*i + 1] - own->records[4l*j + 1],
                      z = own->records[4*i + 2] - own->records[4l*j + 2];
-        if (low == high || sqrt(x*x + y*y + z*z) * p->kernel.h1 >= COINCIDENT) continue;
+        if (low == high || sqrt(x*x + y*y + z*z) >= COINCIDENT * p->kernel.h) continue;
         double f = nudge;
         if (low > high) { unsigned int swap = low; low = high; high = swap; f = -f; }
         d[0] += f * sweep_uniform(low, high);
@@ -172,7 +175,7 @@ static void contain(const SweepModel *p, const SweepFluid *fluid, long i, double
 PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
                          const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
     const PairKernel kernel = p->kernel;
-    const double slope = pair_scale(&kernel) * kernel.h1*kernel.h1 / p->rho_rest;
+    const double slope = kernel.g_scale / p->rho_rest;
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2];
         const double lmbda = own->records[4*i + 3];

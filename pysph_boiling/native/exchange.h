@@ -5,30 +5,30 @@
 #define EXCHANGE_H
 #include "pair_sums.h"
 
-typedef struct { Four x, y, z, T, k, flow; } HeatSum;
+typedef struct { Lanes x, y, z, T, k, flow; } HeatSum;
 
 PAIR_INLINE void add_heat(HeatSum *sum, const PairSource *s, const double *T, const unsigned int *neighbours,
-                          Four counted, const PairKernel *kernel, int wendland, Four near) {
-    const FourRecords at = four_records(s->records, neighbours);
-    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Four weight = at.w * (sum->T - four_values(T, neighbours)) * p.r2 * counted;
-    const Four over = (sum->k + at.w) * (p.r2 + near), f = weight * four_slope(kernel, wendland, p);
-    sum->flow += wendland ? f / over : f / (over * four_larger(p.q, four(1e-9)));
+                          Lanes counted, const PairKernel *kernel, int wendland, Lanes near) {
+    const LaneRecords at = lanes_records(s->records, neighbours);
+    const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Lanes weight = at.w * (sum->T - lanes_values(T, neighbours)) * counted;
+    const Lanes over = (sum->k + at.w) * (p.r2 + near), f = weight * lanes_slope(kernel, wendland, p);
+    sum->flow += f * (wendland ? p.r2 : p.r) / over;
 }
 
 /* What particle i is given. */
 PAIR_INLINE double heat_of(long i, const PairKernel *kernel, int wendland, const PairSource *s, const double *T) {
     const double *own = s->records + 4*i;
     const unsigned int *neighbours = s->begin[i];
-    const int n = s->count[i], last = (n - 1) & ~3;
-    const Four near = four(0.01 / (kernel->h1*kernel->h1));
-    HeatSum sum = {four(own[0]), four(own[1]), four(own[2]), four(T[i]), four(own[3]), four(0.0)};
-    for (int k = 0; k < last; k += 4) add_heat(&sum, s, T, neighbours + k, four(1.0), kernel, wendland, near);
-    if (n > 0) add_heat(&sum, s, T, neighbours + last, four_counted(n), kernel, wendland, near);
-    return own[3] * four_sum(sum.flow);
+    const int n = s->count[i], last = lanes_last(n);
+    const Lanes near = lanes(0.01 * kernel->h*kernel->h);
+    HeatSum sum = {lanes(own[0]), lanes(own[1]), lanes(own[2]), lanes(T[i]), lanes(own[3]), lanes(0.0)};
+    for (int k = 0; k < last; k += LANES) add_heat(&sum, s, T, neighbours + k, lanes(1.0), kernel, wendland, near);
+    if (n > 0) add_heat(&sum, s, T, neighbours + last, lanes_counted(n), kernel, wendland, near);
+    return own[3] * lanes_sum(sum.flow);
 }
 
-/* Adds factor k_i sum_j k_j/(k_i + k_j) (T_i - T_j) x_ij.gradW h^(dim + 2)/(r^2 + .01 h^2) to ae; a record's w is k. */
+/* Adds factor k_i sum_j k_j/(k_i + k_j) (T_i - T_j) x_ij.gradW/g_scale/(r^2 + .01 h^2) to ae; a record's w is k. */
 static void exchange_heat(const PairKernel *kernel, const PairSource *s, long n, const double *T, double factor,
                           double *ae) {
     #pragma omp parallel for schedule(static)
@@ -36,15 +36,15 @@ static void exchange_heat(const PairKernel *kernel, const PairSource *s, long n,
         ae[i] += factor * (kernel->wendland ? heat_of(i, kernel, 1, s, T) : heat_of(i, kernel, 0, s, T));
 }
 
-typedef struct { Four x, y, z, u, v, w, vapour, ax, ay, az; } MomentumSum;
+typedef struct { Lanes x, y, z, u, v, w, vapour, ax, ay, az; } MomentumSum;
 
 PAIR_INLINE void add_momentum(MomentumSum *sum, const PairSource *s, const double *velocities,
-                              const unsigned int *neighbours, Four counted, const PairKernel *kernel, int wendland,
-                              Four viscosity, Four drag) {
-    const FourRecords at = four_records(s->records, neighbours), moves = four_records(velocities, neighbours);
-    const FourPairs p = four_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Four other = at.w - sum->vapour;          /* 1, 0 or -1 */
-    const Four f = four_kernel(kernel, wendland, p) * (viscosity + drag*(other*other)) * counted;
+                              const unsigned int *neighbours, Lanes counted, const PairKernel *kernel, int wendland,
+                              Lanes viscosity, Lanes drag) {
+    const LaneRecords at = lanes_records(s->records, neighbours), moves = lanes_records(velocities, neighbours);
+    const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
+    const Lanes other = at.w - sum->vapour;          /* 1, 0 or -1 */
+    const Lanes f = lanes_kernel(kernel, wendland, p) * (viscosity + drag*(other*other)) * counted;
     sum->ax += f*(sum->u - moves.x); sum->ay += f*(sum->v - moves.y); sum->az += f*(sum->w - moves.z);
 }
 
@@ -53,17 +53,17 @@ PAIR_INLINE void momentum_of(long i, const PairKernel *kernel, int wendland, con
                              const double *velocities, double viscosity, double drag, double *out) {
     const double *own = s->records + 4*i, *moves = velocities + 4*i;
     const unsigned int *neighbours = s->begin[i];
-    const int n = s->count[i], last = (n - 1) & ~3;
-    const Four none = four(0.0), all = four(viscosity), between = four(drag);
-    MomentumSum sum = {four(own[0]), four(own[1]), four(own[2]), four(moves[0]), four(moves[1]), four(moves[2]),
-                       four(own[3]), none, none, none};
-    for (int k = 0; k < last; k += 4)
-        add_momentum(&sum, s, velocities, neighbours + k, four(1.0), kernel, wendland, all, between);
-    if (n > 0) add_momentum(&sum, s, velocities, neighbours + last, four_counted(n), kernel, wendland, all, between);
-    out[0] = four_sum(sum.ax); out[1] = four_sum(sum.ay); out[2] = four_sum(sum.az);
+    const int n = s->count[i], last = lanes_last(n);
+    const Lanes none = lanes(0.0), all = lanes(viscosity), between = lanes(drag);
+    MomentumSum sum = {lanes(own[0]), lanes(own[1]), lanes(own[2]), lanes(moves[0]), lanes(moves[1]), lanes(moves[2]),
+                       lanes(own[3]), none, none, none};
+    for (int k = 0; k < last; k += LANES)
+        add_momentum(&sum, s, velocities, neighbours + k, lanes(1.0), kernel, wendland, all, between);
+    if (n > 0) add_momentum(&sum, s, velocities, neighbours + last, lanes_counted(n), kernel, wendland, all, between);
+    out[0] = lanes_sum(sum.ax); out[1] = lanes_sum(sum.ay); out[2] = lanes_sum(sum.az);
 }
 
-/* Accelerations: gravity less sum_j (viscosity + drag, where one is vapour) W h^dim (v_i - v_j); a record's w is 1 in
+/* Accelerations: gravity less sum_j (viscosity + drag, where one is vapour) W/w_scale (v_i - v_j); a record's w is 1 in
  * vapour, else 0. */
 static void exchange_momentum(const PairKernel *kernel, const PairSource *s, const double *velocities, long n,
                               double viscosity, double drag, const double *gravity, double *au, double *av,

@@ -13,7 +13,7 @@ from pysph.base.nnps_base cimport NNPS
 cdef extern from "exchange.h" nogil:
     enum: NO_CONTAINER, BOX, CYLINDER, SWEEP_BLOCK, VAPOUR
     ctypedef struct PairKernel:
-        double h1, c3, c4, c5, c1
+        double h, ratio, w_scale, g_scale
         int wendland, deep
     ctypedef struct PairSource:
         const unsigned int **begin
@@ -47,7 +47,7 @@ cdef extern from "exchange.h" nogil:
         const unsigned int *uid
     void pack_records(long, const double *, const double *, const double *, const double *, double *)
     void pack_last(long, const double *, double *)
-    double pair_scale(const PairKernel *)
+    void pair_kernel(PairKernel *, double, double, double, double, double)
     void sweep_multipliers(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double,
                            double *, double *)
     void sweep_move(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double, double,
@@ -103,14 +103,14 @@ def lists_of(NNPS nnps, int dst, int src):
     nnps.set_context(src, dst)
     for i in range(n):
         nnps.get_nearest_neighbors(i, found)
-        if used + <long>found.length + 4 > kept.shape[0]:
-            kept = np.concatenate([kept, np.zeros(kept.shape[0] + found.length + 4, np.uintc)])
+        if used + <long>found.length + 8 > kept.shape[0]:
+            kept = np.concatenate([kept, np.zeros(kept.shape[0] + found.length + 8, np.uintc)])
         for k in range(found.length):
             kept[used + k] = found.data[k]
         begin[i], count[i] = used, found.length
-        for k in range(found.length, (found.length + 3)//4*4):     # filled up, as there
+        for k in range(found.length, (found.length + 7)//8*8):     # filled up, as there
             kept[used + k] = kept[used]
-        used += (found.length + 3)//4*4
+        used += (found.length + 7)//8*8
     for i in range(n):
         begin[i] = <uintptr_t>(&kept[0] + begin[i])
     return begin, count, kept
@@ -122,6 +122,7 @@ cdef class FluidSums:
     ``kernel`` are its coefficients (c3, c4, c5, c1), ``deep`` says whether it is 3-D.
     """
     cdef PairKernel kernel
+    cdef double[4] coefficients
     cdef PairSource own
     cdef Records records
     cdef object kept                # what pointers point into
@@ -129,16 +130,19 @@ cdef class FluidSums:
     cdef double m
 
     def __init__(self, *, tuple kernel, bint deep):
-        self.kernel.c3, self.kernel.c4, self.kernel.c5, self.kernel.c1 = kernel
-        self.kernel.wendland, self.kernel.deep = self.kernel.c3 == 0.0, deep
+        for k in range(4):
+            self.coefficients[k] = kernel[k]
+        self.kernel.deep = deep
         self.records = Records()
 
     cdef int take_up(self, pa, lists) except -1:
         """The fluid where it is now, and its lists of neighbours (those of ``SortedCellNNPS.lists``)."""
+        cdef double *c = self.coefficients
         self.kept = [pa, lists]
         self.total, self.n = pa.get_number_of_particles(), pa.get_number_of_particles(True)
         if self.total:              # uniform, as the scheme has found out
-            self.m, self.kernel.h1 = data(pa, "m")[0], 1.0/data(pa, "h")[0]
+            self.m = data(pa, "m")[0]
+            pair_kernel(&self.kernel, data(pa, "h")[0], c[0], c[1], c[2], c[3])
         self.point(&self.own, lists, self.records, self.total)
         return 0
 
@@ -166,7 +170,7 @@ cdef class Exchange(FluidSums):
         """Add to ``ae`` [J/(kg s)] what HeatConductionClearyMonaghan adds."""
         cdef double factor
         self.take_up(pa, lists)
-        factor = 4.0*self.m/(rho0*rho0)*pair_scale(&self.kernel)*self.kernel.h1*self.kernel.h1
+        factor = 4.0*self.m/(rho0*rho0)*self.kernel.g_scale
         pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), data(pa, "k"), self.records.first)
         exchange_heat(&self.kernel, &self.own, self.n, data(pa, "T"), factor, data(pa, "ae"))
 
@@ -180,7 +184,7 @@ cdef class Exchange(FluidSums):
         self.take_up(pa, lists)
         self.velocities.fit(self.total)
         g[0], g[1], g[2] = gravity
-        scale = self.m/rho0*pair_scale(&self.kernel)
+        scale = self.m/rho0*self.kernel.w_scale
         records = self.records.first
         pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), NULL, records)
         if phase != NULL:

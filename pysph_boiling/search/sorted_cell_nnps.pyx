@@ -272,8 +272,8 @@ cdef class SortedCellNNPS(NNPS):
         """The neighbours in one array of all particles of another, for loops of one's own: (begin, count), (n,) each.
 
         ``begin`` holds addresses of the first neighbour's index (``unsigned int``), ``count`` how many there are. One of
-        the neighbours stands again behind the last, so often that the length is a multiple of 4: loops may read four
-        at a time. Lists are made if they are not there yet, and good until the next ``update``.
+        the neighbours stands again behind the last, so often that the length is a multiple of 8: loops may read
+        eight at a time. Lists are made if they are not there yet, and good until the next ``update``.
         """
         cdef SortedCellLists lists = self.cache[dst_index*self.narrays + src_index]
         cdef long n = self.sorted[dst_index].n

@@ -305,9 +305,9 @@ static int cells_lists_of(const Cells *c, const Sorted *d, const Sorted *s, int 
 #endif
         l->count[i] = cells_scan(&runs, s, x, y, z, d->r2[q], out);
         l->begin[i] = out;
-        const int n = l->count[i];
-        if (n > 0) out[n] = out[n + 1] = out[n + 2] = out[n - 1];   /* whoever reads four at a time reads neighbours */
-        w->used += (n + 3) / 4 * 4;
+        const int n = l->count[i], filled = (n + LANES - 1) / LANES * LANES;
+        for (int k = n; k < filled; k++) out[k] = out[n - 1];       /* whoever reads eight at a time reads neighbours */
+        w->used += filled;
     }
     return 0;
 }

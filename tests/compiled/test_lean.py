@@ -10,9 +10,11 @@ from pysph.base.kernels import WendlandQuintic
 from pysph.base.nnps import LinkedListNNPS
 from sets import scheme
 
+from pysph_boiling import native
 from pysph_boiling.equations.lean import HostSum, LeanSum
 from pysph_boiling.particles import WALL_PROPERTIES, add_properties, fluid_array
 from pysph_boiling.schemes.effects import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.search.sorted_cells import EmbeddedModule
 
 pytestmark = [host_only, native_only]
 
@@ -116,6 +118,18 @@ def test_lean_equations_are_the_general_ones(both, stage):
     if stage == "density":
         assert expected["constant sweeps"][0] >= 4 and np.any(expected["lmbda"] == 0.0)
         assert np.any(found["contacts"] != begin["contacts"])
+
+
+def test_processors_without_avx512_compute_the_same(monkeypatch):
+    """The sums of four neighbours at a time, also where the processor could take eight."""
+    name, dim, changes, options = CASES["boil 3-D"]
+    monkeypatch.setattr(native, "processor_features", lambda: native.AVX2_NEEDS)
+    monkeypatch.setattr(EmbeddedModule, "modules", {})
+    assert "-mavx512f" not in native.FluidModule.flags()
+    general, lean = (vessel(name, dim, dict(changes), options, lean) for lean in (False, True))
+    for stage in STAGES[name]:
+        begin, expected = after(general, stage)
+        compare(begin, expected, after(lean, stage)[1])
 
 
 def test_what_is_compared_is_lean(both):

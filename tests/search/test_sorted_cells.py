@@ -57,9 +57,9 @@ def assert_same(found, expected):
 
 
 def raw(nnps, d, s):
-    """The lists as loops of one's own read them, filled up to a multiple of four; and their lengths."""
+    """The lists as loops of one's own read them, filled up to a multiple of eight; and their lengths."""
     begin, count = (np.asarray(one) for one in nnps.lists(d, s))
-    return [np.array((ctypes.c_uint * (-(-int(n) // 4) * 4)).from_address(int(at))) if n else np.zeros(0, int)
+    return [np.array((ctypes.c_uint * (-(-int(n) // 8) * 8)).from_address(int(at))) if n else np.zeros(0, int)
             for at, n in zip(begin, count)], count
 
 
