@@ -2,14 +2,13 @@
 
 The decision is made by :func:`pysph_boiling.schemes.effects.condensation.choose`.
 """
-from pysph.sph.equation import Equation
-
 from pysph_boiling.equations.helpers import boiling_temperature
+from pysph_boiling.equations.phase_change import PhaseEquation
 
 __all__ = ["BubbleCondensation"]
 
 
-class BubbleCondensation(Equation):
+class BubbleCondensation(PhaseEquation):
     r"""Turns the chosen vapour into liquid at saturation; the other vapour of its bubble shares the remaining deficit.
 
     .. math::  e_i = L - \delta_i \text{ (vapour)}, \qquad e_i = -\delta_i \text{ (new liquid)}
@@ -18,26 +17,12 @@ class BubbleCondensation(Equation):
 
     Parameters
     ----------
-    T_sat : float       Saturation temperature [K].
-    L : float           Latent heat [J/kg].
-    c_l, c_v : float    Specific heat capacity of liquid and vapour [J/(kg K)].
-    subcooling : float  Fraction of the deficit that lowers the temperature [-], as in :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseEquation`.
 
     Reads    d_deficit [J/kg], d_condensing (1 shares, 2 condenses).   Writes   d_e [J/kg], d_phase, d_T [K],
     d_condensed (count), d_condensing (0 again), own index only.
     Needs    the decision of the host in the group before; vapour holds no latent heat (e_lat = 0).
     """
-
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
 
     def initialize(self, d_idx, d_e, d_phase, d_T, d_condensing, d_deficit, d_condensed):
         if d_condensing[d_idx] > 0:

@@ -17,6 +17,7 @@ from compyle.api import declare
 from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_temperature
+from pysph_boiling.equations.phase_change import PhaseEquation
 
 __all__ = [
     "NucleationChoice", "NucleationClaim", "NucleationFire", "NucleationHeld", "NucleationRegion", "NucleationRelease",
@@ -288,7 +289,7 @@ class NucleationChoice(Equation):
                 d_e_chosen[d_idx] = self.L + (heat - price) / chosen
 
 
-class NucleationShare(Equation):
+class NucleationShare(PhaseEquation):
     """Gives members of a firing region their new enthalpy; the chosen become vapour, the others stay superheated.
 
     Source: the paper, section 3.2.2.
@@ -296,7 +297,7 @@ class NucleationShare(Equation):
     Parameters
     ----------
     radius : float                           As :class:`NucleationRegion`.
-    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseEquation`.
 
     Reads    s_cut, s_e_chosen, s_e_others, d_held [J/kg], d_pick_key, positions.   Writes   d_e [J/kg], d_phase,
     d_T [K], d_member (regions that fire and hold the particle: 0 or 1), d_burst (count), own index only.
@@ -305,15 +306,7 @@ class NucleationShare(Equation):
 
     def __init__(self, dest, sources, radius, T_sat, L, c_l, c_v, subcooling=1.0):
         self.radius2 = float(radius) * float(radius)
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
+        super().__init__(dest, sources, T_sat, L, c_l, c_v, subcooling)
 
     def loop_all(self, d_idx, d_pick_key, d_phase, d_e, d_held, d_T, d_member, d_burst, d_x, d_y, d_z, s_cut,
                  s_e_chosen, s_e_others, s_x, s_y, s_z, NBRS, N_NBRS):

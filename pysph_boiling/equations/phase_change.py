@@ -9,63 +9,22 @@ from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_temperature
 
-__all__ = ["PhaseEdges", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter", "PhaseVapourCondition"]
+__all__ = [
+    "PhaseEdges", "PhaseEquation", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter",
+    "PhaseVapourCondition",
+]
 
 
-class PhaseTemperature(Equation):
-    r"""Temperature and conductivity of each particle by its phase; resets ``ae``.
-
-    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above, where e_lat is
-    the latent heat held since an interruption.
-
-    Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not. Held heat is ours: with e_lat =
-    0, as in the paper, the temperature can jump by up to L/c_l = 535 K at an interruption.
+class PhaseEquation(Equation):
+    """Base of the equations that set temperatures, with the constants of :func:`boiling_temperature`; it has no kernel.
 
     Parameters
     ----------
     T_sat : float      Saturation temperature [K].
     L : float          Latent heat [J/kg].
     c_l, c_v : float   Specific heat capacity of liquid and vapour [J/(kg K)].
-    k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
     subcooling : float  Fraction of the deficit L - e of vapour that lowers its temperature [-]: 1, or 0 if the deficit
         is latent heat.
-
-    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
-    """
-
-    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v, subcooling=1.0):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.k_l = float(k_l)
-        self.k_v = float(k_v)
-        self.subcooling = float(subcooling)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
-
-    def initialize(self, d_idx, d_e, d_e_lat, d_phase, d_T, d_k, d_ae):
-        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
-                                         self.c_v, self.subcooling)
-        d_k[d_idx] = self.k_l
-        if d_phase[d_idx] == 3:
-            d_k[d_idx] = self.k_v
-        d_ae[d_idx] = 0.0
-
-
-class PhaseTemperatureAfter(Equation):
-    """Temperature again, after ``HeatUpdate`` in the same group, so that T always fits e.
-
-    Source: ours.
-
-    Parameters
-    ----------
-    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
-
-    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], own index only.
-    Needs    HeatUpdate before it in the same group.
     """
 
     def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):
@@ -78,6 +37,51 @@ class PhaseTemperatureAfter(Equation):
 
     def _get_helpers_(self):
         return [boiling_temperature]
+
+
+class PhaseTemperature(PhaseEquation):
+    r"""Temperature and conductivity of each particle by its phase; resets ``ae``.
+
+    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above, where e_lat is
+    the latent heat held since an interruption.
+
+    Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not. Held heat is ours: with e_lat =
+    0, as in the paper, the temperature can jump by up to L/c_l = 535 K at an interruption.
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseEquation`.
+    k_l, k_v : float   Thermal conductivity of liquid and vapour [W/(m K)].
+
+    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], d_k [W/(m K)], d_ae [J/(kg s)], own index only.
+    """
+
+    def __init__(self, dest, sources, T_sat, L, c_l, c_v, k_l, k_v, subcooling=1.0):
+        self.k_l = float(k_l)
+        self.k_v = float(k_v)
+        super().__init__(dest, sources, T_sat, L, c_l, c_v, subcooling)
+
+    def initialize(self, d_idx, d_e, d_e_lat, d_phase, d_T, d_k, d_ae):
+        d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
+                                         self.c_v, self.subcooling)
+        d_k[d_idx] = self.k_l
+        if d_phase[d_idx] == 3:
+            d_k[d_idx] = self.k_v
+        d_ae[d_idx] = 0.0
+
+
+class PhaseTemperatureAfter(PhaseEquation):
+    """Temperature again, after ``HeatUpdate`` in the same group, so that T always fits e.
+
+    Source: ours.
+
+    Parameters
+    ----------
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseEquation`.
+
+    Reads    d_e, d_e_lat [J/kg], d_phase.   Writes   d_T [K], own index only.
+    Needs    HeatUpdate before it in the same group.
+    """
 
     def post_loop(self, d_idx, d_e, d_e_lat, d_phase, d_T):
         d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
@@ -140,7 +144,7 @@ class PhaseVapourCondition(Equation):
                             d_kinetic[d_idx] = 1
 
 
-class PhaseEdges(Equation):
+class PhaseEdges(PhaseEquation):
     """The new state from the old one, the enthalpy and the kinetic condition; ``e`` never changes.
 
     At an interruption stored latent heat turns into sensible heat, as in the paper; or, with ``hold``, e_lat is set to
@@ -152,7 +156,7 @@ class PhaseEdges(Equation):
 
     Parameters
     ----------
-    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseTemperature`.
+    T_sat, L, c_l, c_v, subcooling : float   As :class:`PhaseEquation`.
     hold : bool   Whether latent heat is held at an interruption.
 
     Reads    d_e [J/kg], d_kinetic.   Writes   d_phase, d_e_lat [J/kg], d_T [K], d_vaporised, d_interrupted, own index
@@ -162,16 +166,8 @@ class PhaseEdges(Equation):
     """
 
     def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0, hold=True):
-        self.T_sat = float(T_sat)
-        self.L = float(L)
-        self.c_l = float(c_l)
-        self.c_v = float(c_v)
-        self.subcooling = float(subcooling)
         self.hold = float(hold)
-        super().__init__(dest, sources)
-
-    def _get_helpers_(self):
-        return [boiling_temperature]
+        super().__init__(dest, sources, T_sat, L, c_l, c_v, subcooling)
 
     def post_loop(self, d_idx, d_e, d_e_lat, d_phase, d_kinetic, d_T, d_vaporised, d_interrupted):
         old = declare('int')

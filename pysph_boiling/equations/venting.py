@@ -9,14 +9,11 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-__all__ = ["VentingFilm", "VentingFree", "VentingRelease"]
+__all__ = ["VentingCone", "VentingFilm", "VentingFree", "VentingRelease"]
 
 
-class VentingFilm(Equation):
-    """Marks liquid at the free surface as film: there is no particle in its upward cone.
-
-    Source: ours. A bubble under a film of liquid must be able to burst; with the rule "no liquid above", bubbles of
-    more than 10 particles never leave.
+class VentingCone(Equation):
+    """Base of the equations that look into an upward cone; it has no kernel.
 
     Parameters
     ----------
@@ -24,7 +21,6 @@ class VentingFilm(Equation):
     cone_cosine : float        Opening of the cone: z > cone_cosine r [-], in (0, 1).
     min_cover_height : float   Particles lower than this above the particle do not count [m], >= 0.
 
-    Reads    d_phase, positions.   Writes   d_film (0 or 1), own index only.
     Errors   ValueError if cone_cosine is not in (0, 1) or min_cover_height < 0.
     """
 
@@ -39,6 +35,20 @@ class VentingFilm(Equation):
         self.cone_cosine = float(cone_cosine)
         self.min_cover_height = float(min_cover_height)
         super().__init__(dest, sources)
+
+
+class VentingFilm(VentingCone):
+    """Marks liquid at the free surface as film: there is no particle in its upward cone.
+
+    Source: ours. A bubble under a film of liquid must be able to burst; with the rule "no liquid above", bubbles of
+    more than 10 particles never leave.
+
+    Parameters
+    ----------
+    ux, uy, uz, cone_cosine, min_cover_height : float   As :class:`VentingCone`.
+
+    Reads    d_phase, positions.   Writes   d_film (0 or 1), own index only.
+    """
 
     def initialize(self, d_idx, d_phase, d_film):
         d_film[d_idx] = 1
@@ -63,30 +73,18 @@ class VentingFilm(Equation):
                             break
 
 
-class VentingFree(Equation):
+class VentingFree(VentingCone):
     """Marks vapour as covered if there is something other than film in its upward cone.
 
     Source: ours (see :class:`VentingFilm`).
 
     Parameters
     ----------
-    ux, uy, uz, cone_cosine, min_cover_height : float   As :class:`VentingFilm`.
+    ux, uy, uz, cone_cosine, min_cover_height : float   As :class:`VentingCone`.
 
     Reads    d_phase, s_film, positions.   Writes   d_covered (0 or 1), own index only.
-    Needs    VentingFilm in an earlier group.   Errors   as :class:`VentingFilm`.
+    Needs    VentingFilm in an earlier group.
     """
-
-    def __init__(self, dest, sources, ux, uy, uz, cone_cosine, min_cover_height):
-        if not 0.0 < cone_cosine < 1.0:
-            raise ValueError(f"cone_cosine must lie in (0, 1), got {cone_cosine}")
-        if not min_cover_height >= 0.0:
-            raise ValueError(f"min_cover_height must be >= 0 m, got {min_cover_height} m")
-        self.ux = float(ux)
-        self.uy = float(uy)
-        self.uz = float(uz)
-        self.cone_cosine = float(cone_cosine)
-        self.min_cover_height = float(min_cover_height)
-        super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_phase, d_covered):
         d_covered[d_idx] = 1
