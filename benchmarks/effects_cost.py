@@ -29,6 +29,7 @@ from rich.console import Console
 from rich.progress import track
 
 from pysph_boiling.device import neighbour_search
+from pysph_boiling.evaluation.stress.scenes import EVERYTHING
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.phases import Phase
@@ -36,29 +37,7 @@ from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import (
-    AmbientLoss,
-    BoxContainer,
-    BubbleLabels,
-    Buoyancy,
-    Cohesion,
-    Condensation,
-    Convection,
-    Drag,
-    DynamicNucleation,
-    Expansion,
-    HeatConduction,
-    Heater,
-    HeatSource,
-    LatentPooling,
-    Oscillation,
-    PhaseChange,
-    PresetNucleation,
-    Refill,
-    SiteAdhesion,
-    Venting,
-    XSPHViscosity,
-)
+from pysph_boiling.schemes.effects import BoxContainer, DynamicNucleation, Heater
 from pysph_boiling.schemes.pbf import PBFScheme
 
 DX = 0.004
@@ -67,15 +46,10 @@ T_SAT = WATER_1ATM.T_sat
 
 
 def full_model(upper):
-    """Every effect at once, slot -> effect."""
-    return dict(
-        container=BoxContainer(upper=upper), viscosity=XSPHViscosity(), heat=HeatConduction(time_scaling=800.0),
-        heater=Heater(temperature=T_SAT + 20.0), loss=AmbientLoss(), source=HeatSource(density=1e3),
-        phases=PhaseChange(), preset_nucleation=PresetNucleation(),
-        dynamic_nucleation=DynamicNucleation(superheat_limit=8.0),
-        bubbles=BubbleLabels(), condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(),
-        cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), convection=Convection(), expansion=Expansion(),
-        oscillation=Oscillation(form="relative"), venting=Venting(mode="remove"), refill=Refill())
+    """Every effect at once, slot -> effect, in the order of the slots."""
+    effects = EVERYTHING | dict(container=BoxContainer(upper=upper), heater=Heater(temperature=T_SAT + 20.0),
+                                dynamic_nucleation=DynamicNucleation(superheat_limit=8.0))
+    return {slot: effects[slot] for slot in BoilingScheme.slots if slot in effects}
 
 
 def closure(slot, effects):

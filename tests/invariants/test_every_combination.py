@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from harness import Stepper
 
+from pysph_boiling.evaluation.stress.scenes import EVERYTHING
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
@@ -18,25 +19,14 @@ from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,
     BoxContainer,
-    BubbleLabels,
-    Buoyancy,
-    Cohesion,
     Condensation,
     Convection,
-    Drag,
-    DynamicNucleation,
-    Expansion,
     HeatConduction,
     Heater,
     HeatSource,
-    LatentPooling,
     Oscillation,
     PhaseChange,
-    PresetNucleation,
-    Refill,
-    SiteAdhesion,
     Venting,
-    XSPHViscosity,
 )
 from pysph_boiling.schemes.modes import effects_in_mode, widen_sites
 
@@ -94,31 +84,16 @@ ROWS = covering_set()
 def effects_of(row, upper):
     """The effects of a row."""
     heater = Heater(temperature=T_SAT + 60.0) if row["heater"] == "temperature" else Heater(flux=2e4)
-    effects = dict(
-        container=BoxContainer(upper=upper), viscosity=XSPHViscosity(),
-        heat=HeatConduction(laplacian=row["laplacian"], time_scaling=800.0), heater=heater,
-        phases=PhaseChange(interrupt=row["interrupt"], vapour_as_site=row["vapour_as_site"]),
-        preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(), buoyancy=Buoyancy(),
-        cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag())
-    if row["loss"]:
-        effects.update(loss=AmbientLoss(coefficient=100.0), source=HeatSource(density=1e4))
-    if row["dynamic_nucleation"]:
-        effects["dynamic_nucleation"] = DynamicNucleation(superheat_limit=30.0)
-    if row["condensation"]:
-        effects["condensation"] = Condensation(form=row["condensation"])
-    if row["pooling"]:
-        effects["pooling"] = LatentPooling()
-    if row["convection"]:
-        effects["convection"] = Convection(form=row["convection"])
-    if row["expansion"]:
-        effects["expansion"] = Expansion()
-    if row["oscillation"]:
-        effects["oscillation"] = Oscillation(form=row["oscillation"])
-    if row["venting"]:
-        effects["venting"] = Venting(mode=row["venting"])
-    if row["venting"] == "remove":
-        effects["refill"] = Refill()
-    return effects_in_mode(row["mode"], effects)
+    effects = EVERYTHING | dict(
+        container=BoxContainer(upper=upper), heat=HeatConduction(laplacian=row["laplacian"], time_scaling=800.0),
+        heater=heater, phases=PhaseChange(interrupt=row["interrupt"], vapour_as_site=row["vapour_as_site"]),
+        loss=AmbientLoss(coefficient=100.0), source=HeatSource(density=1e4))
+    for slot, make in {"condensation": Condensation, "convection": Convection, "oscillation": Oscillation}.items():
+        effects[slot] = row[slot] and make(form=row[slot])
+    effects["venting"] = row["venting"] and Venting(mode=row["venting"])
+    built = {slot: row.get(slot, True) for slot in effects} | {"source": row["loss"],
+                                                               "refill": row["venting"] == "remove"}
+    return effects_in_mode(row["mode"], {slot: effect for slot, effect in effects.items() if built[slot]})
 
 
 def vessel(row):
