@@ -6,7 +6,7 @@ __all__ = ["load", "processors"]
 
 def processors():
     """The number of cores and the processor."""
-    from pysph_boiling.runs.application import processor  # a benchmark of memory wants no imports
+    from pysph_boiling.runs.provenance import processor  # a benchmark of memory wants no imports
 
     return f"{os.cpu_count()} cores ({processor() or 'unknown'})"
 

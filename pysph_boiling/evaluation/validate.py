@@ -26,9 +26,9 @@ from pysph_boiling.names import add_renamed, unknown
 from pysph_boiling.report import markdown
 from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
-from pysph_boiling.runs.application import processor
 from pysph_boiling.runs.jobs import Job, check_count, results, run_jobs
 from pysph_boiling.runs.ledger import write_json
+from pysph_boiling.runs.provenance import processor
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
 

@@ -7,17 +7,11 @@ Every parameter of the scene and of every effect is a command-line option. A run
 import dataclasses
 import functools
 import os
-import platform
 import re
-import signal
 import sys
 import tempfile
-import threading
-import warnings
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime, timezone
-from importlib import metadata
 from pathlib import Path
 from time import perf_counter
 
@@ -27,15 +21,16 @@ from pysph.base import kernels
 from pysph.base.nnps import get_number_of_threads
 from pysph.solver import application as pysph_application
 from pysph.solver.application import Application
-from pysph.solver.tools import Tool
 
 from pysph_boiling.checks import CheckFailed, NotChecked, require
-from pysph_boiling.device import on_host, real
+from pysph_boiling.device import on_host
 from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
 from pysph_boiling.names import check_renamed, option
 from pysph_boiling.parallel import ranks
 from pysph_boiling.runs import pysph_options, safeguards
 from pysph_boiling.runs.ledger import Ledger, write_json
+from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
+from pysph_boiling.runs.provenance import origin
 from pysph_boiling.runs.resume import Resumed, settings, with_units
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
@@ -44,7 +39,7 @@ from pysph_boiling.schemes.options import add_former_options
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.search import search_for
 
-__all__ = ["SceneApplication", "SceneParameters", "processor", "upright_box"]
+__all__ = ["SceneApplication", "SceneParameters", "upright_box"]
 
 # Largest residuals [-] of a run that conserves mass and energy. The rounding error of a sum of n numbers is up to
 # n 1e-16, so 1e4 masses add up to within 1e-12. The energy residual also has the rounding of each step's flows: 3e-14
@@ -76,85 +71,6 @@ def upright_box(p, width, height):
     size = [width * p.spacing] * 3
     size[p.dim - 1] = height * p.spacing
     return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
-
-
-@contextmanager
-def plain_warnings(console):
-    """Print the warnings raised inside the block at its end: each sentence once, without the path of its source."""
-    with warnings.catch_warnings(record=True) as told:
-        try:
-            yield
-        finally:
-            for sentence in dict.fromkeys(str(found.message) for found in told if found.category is UserWarning):
-                console.print(f"note: {sentence}", markup=False)
-
-
-class Stopped(KeyboardInterrupt):
-    """Ctrl-C, handled between two steps; the message gives the step and says that the state is written."""
-
-
-class Interrupt(Tool):
-    """Inside ``with``, turns Ctrl-C into :class:`Stopped` before the next step.
-
-    Python would raise ``KeyboardInterrupt`` at any place: within a step, from which a run cannot resume, or in a
-    callback of a library that swallows it. A second Ctrl-C interrupts at once. On several ranks all of them stop.
-    """
-
-    def __init__(self):
-        self.asked = False
-
-    def __enter__(self):
-        ours = threading.current_thread() is threading.main_thread()
-        self.before = signal.getsignal(signal.SIGINT) if ours else None
-        if self.before is signal.default_int_handler:  # otherwise it is ignored or has a handler, which is kept
-            signal.signal(signal.SIGINT, self.ask)
-
-    def __exit__(self, *error):
-        if self.before is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self.before)
-
-    def ask(self, number, frame):
-        if self.asked:
-            raise KeyboardInterrupt
-        self.asked = True
-
-    def pre_step(self, solver):
-        if ranks.anywhere(self.asked):
-            raise Stopped
-
-
-class Dry(Tool):
-    """Ends a run after the step, or at the start, when the fluid arrays have no particles left."""
-
-    def __init__(self, arrays, solver):
-        self.arrays = arrays
-        self.found = False
-        self.look(solver, solver.count)
-
-    def look(self, solver, steps):
-        self.found = ranks.total(sum(real(pa) for pa in self.arrays)) == 0
-        if self.found:
-            solver.max_steps = steps
-
-    def post_step(self, solver):
-        self.look(solver, solver.count + 1)
-
-
-class Progress(Tool):
-    """A progress bar with the estimated time left."""
-
-    def __init__(self, solver, title, quiet):
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-        self.bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.fields[now]:.3f} s"),
-                            TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(), refresh_per_second=2,
-                            disable=quiet)
-        self.task = self.bar.add_task(title, total=solver.tf - solver.t, now=solver.t)
-        self.start = solver.t
-
-    def post_step(self, solver):
-        now = solver.t + solver.dt
-        self.bar.update(self.task, completed=now - self.start, now=now)
 
 
 def check_writable(folder):
@@ -757,30 +673,3 @@ def on_device(options):
 def double_precision(options):
     """Whether a run with these options computes in double precision."""
     return options.use_double or not on_device(options)
-
-
-def origin():
-    """A dict that says where, when and with what a run was made: versions, machine, processor and time it finished."""
-    return {"versions": versions(), "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-            "processor": processor(), "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
-
-
-@functools.cache
-def versions():
-    """Name -> version of Python and of the packages in use; cached, since finding them takes 20 ms."""
-    found = {"python": platform.python_version()}
-    for name in ("pysph_boiling", "pysph", "compyle", "numpy", "cython"):
-        with suppress(metadata.PackageNotFoundError):
-            found[name] = metadata.version(name)
-    return found
-
-
-@functools.cache
-def processor():
-    """Model of the processor, if the system tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")),
-                platform.processor())

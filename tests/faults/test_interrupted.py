@@ -15,8 +15,8 @@ from same import assert_same_results
 
 from pysph_boiling.files import check_output, output_files, read_output
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.application import Interrupt, Stopped
 from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.runs.progress import Interrupt, Stopped
 
 # within .7 s this pool vaporises, bursts, merges, vents and, once its heater is off, condenses; it writes every 5 steps
 SCENE = ["cooling", "--flat", "--width", "30", "--fill", "14", "--sites", "1", "--duration", "0.7", "--heater-until",

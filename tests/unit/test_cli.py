@@ -6,7 +6,7 @@ import pytest
 
 from pysph_boiling import cli
 from pysph_boiling.evaluation import validate
-from pysph_boiling.runs.application import Stopped
+from pysph_boiling.runs.progress import Stopped
 
 
 def test_list_has_whole_sentences(capsys, monkeypatch):

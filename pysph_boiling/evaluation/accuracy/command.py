@@ -16,6 +16,7 @@ from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import Wording, write_page
 from pysph_boiling.report.sections import Section, Table
 from pysph_boiling.runs.ledger import write_json
+from pysph_boiling.runs.provenance import origin
 from pysph_boiling.schemes.quality import QUALITIES
 
 __all__ = ["accuracy"]
@@ -46,8 +47,6 @@ def run(chosen, points, repeats, budget, report):
 
 def make(findings, points, folder):
     """Draw the pictures of a study and write its data; returns its :class:`Section`."""
-    from pysph_boiling.runs.application import origin
-
     study, rows = findings.study, findings.rows
     folder.mkdir(exist_ok=True)
     pictures = [draw_front(findings, folder / "front.png")]
