@@ -86,7 +86,9 @@ def positive(array):
 
 def counted(mask):
     """Number of true entries."""
-    return int(_number(_library(mask).sum(mask if mask.dtype == bool else mask.astype(np.int32)))) if len(mask) else 0
+    if isinstance(mask, np.ndarray):
+        return int(np.count_nonzero(mask))
+    return int(_number(_library(mask).sum(mask.astype(np.int32)))) if len(mask) else 0
 
 
 class Subset:
@@ -298,7 +300,7 @@ def neighbour_search(particles, **options):
 
 
 def order(nnps, arrays):
-    """Sort the particles of ``arrays`` in memory by the cells of the neighbour search, then search again.
+    """Sort the particles of ``arrays`` in memory by the cells of the neighbour search, which must search again next.
 
     PySPH sorts by the indices of its last search, which no longer fit after particles were removed. Its searches also
     mix ghosts with the other particles; ours keeps ghosts behind them.
@@ -309,4 +311,3 @@ def order(nnps, arrays):
     for index, pa in enumerate(nnps.particles):
         if any(pa is one for one in arrays):
             nnps.spatially_order_particles(index)
-    nnps.update()

@@ -6,9 +6,11 @@ are :mod:`pysph_boiling.equations.lean`.
 import functools
 from pathlib import Path
 
+import numpy as np
+
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
-__all__ = ["FluidModule", "fluid_sums", "has_avx2", "serves"]
+__all__ = ["FluidModule", "fluid_sums", "groups", "has_avx2", "serves"]
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
@@ -20,7 +22,8 @@ class FluidModule(EmbeddedModule):
 
     what = "the sums over neighbours, which takes 10 to 20 s"
     pyx = HERE / "fluid_sums.pyx"
-    headers = tuple(HERE / name for name in ("pair_sums.h", "density_sweeps.h", "bubble_labels.h", "exchange.h"))
+    headers = tuple(HERE / name for name in ("pair_sums.h", "density_sweeps.h", "bubble_labels.h", "particle_sums.h",
+                                              "exchange.h"))
 
     @staticmethod
     def flags():
@@ -50,3 +53,11 @@ def serves():
 def fluid_sums(say=None):
     """The compiled module; all else is said at ``EmbeddedModule.loaded``."""
     return FluidModule.loaded(say)
+
+
+def groups(label):
+    """As ``np.unique`` of labels (n,): (labels, first, index, number); in C where a run has loaded the module."""
+    module = next((module for (cls, _), module in FluidModule.modules.items() if cls is FluidModule), None)
+    if module is None or label.dtype != np.uintc:
+        return np.unique(label, return_index=True, return_inverse=True, return_counts=True)
+    return module.groups_of(label)

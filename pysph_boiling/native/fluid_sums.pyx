@@ -311,3 +311,66 @@ cdef class DensitySweeps(FluidSums):
         """
         pack_last(self.total, self.fluid.lmbda, self.records.first)
         sweep_move(&self.model, &self.fluid, &self.own, self.walls, self.n_walls, nudge, feels, weight)
+
+
+# --- sums over the particles alone ------------------------------------------------------------------------------------
+
+cdef extern from * nogil:
+    enum: N_STATES
+    long label_groups(long, const unsigned int *, long *, unsigned int *, long *, long *, long *)
+    double property_sum(long, const double *)
+    double counter_sum(long, const int *)
+    void property_ends(long, const double *, double *)
+    double largest_square(long, const double *, const double *, const double *)
+    void state_sums(long, const double *, const double *, const double *, const int *, double *, double *)
+
+
+def sum_of(values):
+    """Sum of a property (n,), of type float or int."""
+    cdef const double[::1] numbers
+    cdef const int[::1] counters
+    if values.dtype.kind == "f":
+        numbers = values
+        return property_sum(numbers.shape[0], &numbers[0]) if numbers.shape[0] else 0.0
+    counters = values
+    return counter_sum(counters.shape[0], &counters[0]) if counters.shape[0] else 0.0
+
+
+def ends_of(const double[::1] values):
+    """Smallest and largest value of a property (n,); both NaN if there is one, infinite if n is 0."""
+    cdef double ends[2]
+    property_ends(values.shape[0], &values[0] if values.shape[0] else NULL, ends)
+    return ends[0], ends[1]
+
+
+def square_of(const double[::1] x, const double[::1] y, const double[::1] z):
+    """Largest square of a vector property with the components (n,); 0 if n is 0, NaN if there is one."""
+    if not x.shape[0] == y.shape[0] == z.shape[0]:
+        raise ValueError(f"components of {x.shape[0]}, {y.shape[0]} and {z.shape[0]} particles")
+    return largest_square(x.shape[0], &x[0], &y[0], &z[0]) if x.shape[0] else 0.0
+
+
+def states_of(const double[::1] m, const double[::1] e, const double[::1] e_lat, const int[::1] phase):
+    """Number of particles and enthalpy [J] by state: two lists, the second one with the held latent heat at its end."""
+    cdef double number[N_STATES]
+    cdef double energy[N_STATES + 1]
+    cdef long n = m.shape[0]
+    if not n == e.shape[0] == e_lat.shape[0] == phase.shape[0]:
+        raise ValueError(f"masses of {n}, enthalpies of {e.shape[0]}, held heat of {e_lat.shape[0]} and phases of "
+                         f"{phase.shape[0]} particles")
+    if n == 0:
+        return [0.0]*N_STATES, [0.0]*(N_STATES + 1)
+    state_sums(n, &m[0], &e[0], &e_lat[0], &phase[0], number, energy)
+    return [number[k] for k in range(N_STATES)], [energy[k] for k in range(N_STATES + 1)]
+
+
+def groups_of(const unsigned int[::1] label):
+    """As ``np.unique`` of labels (n,): the labels, where each comes first, the group of each of n, and their sizes."""
+    cdef long n = label.shape[0], groups = 0
+    group = np.empty(n, np.uintc)
+    order, first, index, number = np.empty((4, n), np.int_)
+    cdef unsigned int[::1] g = group
+    cdef long[::1] o = order, f = first, k = index, m = number
+    if n:
+        groups = label_groups(n, &label[0], &o[0], &g[0], &f[0], &m[0], &k[0])
+    return group[:groups], first[:groups], index, number[:groups]

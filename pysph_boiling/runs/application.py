@@ -31,7 +31,7 @@ from pysph_boiling.runs import pysph_options, safeguards
 from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
 from pysph_boiling.runs.provenance import origin
-from pysph_boiling.runs.resume import Resumed, settings, with_units
+from pysph_boiling.runs.resume import Resumed, scheme_settings, with_units
 from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
@@ -629,7 +629,7 @@ class SceneApplication(Application):
             "arguments": list(self.args),
             "completed": completed,
             **origin(),
-            **{name: setting.value for name, setting in settings(self)[1].items()},
+            **{name: setting.value for name, setting in scheme_settings(self).items()},
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,

@@ -5,6 +5,7 @@ found by subtraction, so the residual measures how well the scheme conserves ene
 
     residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
 """
+import io
 import json
 import warnings
 from array import array
@@ -16,9 +17,8 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.files import whole
 from pysph_boiling.names import whole_number
-from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
-from pysph_boiling.schemes.effects import Column, Snapshot, enthalpies, joined, sum_over
+from pysph_boiling.schemes.effects import Column, Snapshot, sum_over, totals
 
 __all__ = ["Ledger", "load_results", "save_results", "write_json"]
 
@@ -27,8 +27,10 @@ START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "coun
 
 def save_results(path, table):
     """Write ``table`` (name -> array (rows,)) as npz, to a temporary file first, so that no reader sees half of it."""
-    with whole(path) as part, open(part, "wb") as opened:
-        np.savez(opened, **table)
+    memory = io.BytesIO()  # a file would be written in pieces, some twenty for each column
+    np.savez(memory, **table)
+    with whole(path) as part:
+        part.write_bytes(memory.getbuffer())
 
 
 def load_results(path):
@@ -111,6 +113,8 @@ class Ledger(Tool):
         self.scene = scheme.scene()
         self.flows = scheme.effect_rows("flows")
         self.thermal = "heat" in scheme.effects
+        self.summed = ("m", *(["T"] if self.thermal else []),
+                       *(row.name for row in scheme.effect_rows("properties") if row.cumulative))
         self.columns = [*self._own_columns(), *scheme.effect_rows("columns")]
         self.rows, self.now = Rows(), None
         self.warned = False
@@ -127,7 +131,7 @@ class Ledger(Tool):
     def begin(self, arrays):
         """Store the initial energy, mass and number of particles; a resumed run keeps those of its first start."""
         self.check(arrays)
-        first = arrays[0]
+        first, arrays = arrays[0], self.moment(arrays)
         for constant, name in START.items():
             if constant not in first.constants:
                 first.add_constant(constant, float(getattr(self, name)(arrays)))
@@ -138,22 +142,26 @@ class Ledger(Tool):
         for row in zip(*(values[kept] for values in table.values())):
             self.rows.append(dict(zip(table, row)))
 
+    def moment(self, arrays):
+        """The arrays as they are now, with the sums of which a row is made."""
+        return Snapshot(arrays, self.scheme.reductions, self.summed)
+
     def energy(self, arrays):
         """Total enthalpy of the domain [J]."""
         if not self.thermal:
             return 0.0
         stored = sum(effect.stored(self.scheme.site_arrays) for effect in self.scheme.effects.values())
-        return ranks.total(float(np.sum(enthalpies(arrays)))) + stored
+        return sum(totals(arrays).energy) + stored
 
     @staticmethod
     def mass(arrays):
         """Total mass of the domain [kg]."""
-        return ranks.total(float(np.sum(joined(arrays, "m"))))
+        return sum_over(arrays, "m")
 
     @staticmethod
     def count(arrays):
         """Number of particles in the domain."""
-        return ranks.total(len(joined(arrays, "m")))  # a device counts periodic ghosts among the real ones
+        return totals(arrays).count
 
     def lost(self, arrays):
         """Number of particles that are missing: they were there or flowed in, and were not removed."""
@@ -229,7 +237,7 @@ class Ledger(Tool):
 
     def row(self, t, dt):
         """One row of the results: a dict column -> value."""
-        arrays = Snapshot(self.scheme.arrays)
+        arrays = self.moment(self.scheme.arrays)
         if self.thermal:
             self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
         values = {"t": t, "dt": dt}

@@ -13,7 +13,7 @@ from pysph_boiling.files import read_output, run_record, step_of
 from pysph_boiling.names import current_name, current_quantity, option
 from pysph_boiling.runs.ledger import load_results
 
-__all__ = ["Resumed", "Setting", "settings", "with_units"]
+__all__ = ["Resumed", "Setting", "scheme_settings", "settings", "with_units"]
 
 
 class Setting(NamedTuple):
@@ -41,19 +41,24 @@ def marks(instance):
     return {spec.name: spec.metadata.get("may_change", False) for spec in dataclasses.fields(instance)}
 
 
+def scheme_settings(application):
+    """The settings of the scheme itself: name -> :class:`Setting`."""
+    scheme = application.scheme
+    return {"fname": Setting("--fname", application.fname), "dim": Setting("dim", scheme.dim),
+            "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
+            "kernel": Setting("--kernel", type(scheme.kernel).__name__),
+            "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),
+            "material": Setting("material", getattr(scheme.material, "name", None)),
+            "dt": Setting("--timestep", scheme.dt, "s", may_change=True),
+            "backend": Setting("backend", application.backend(), may_change=True)}
+
+
 def settings(application):
     """The settings of a run as three dicts name -> :class:`Setting`: of the scene, of the scheme, of the effects."""
     p, scheme = application.parameters, application.scheme
     may = marks(p)
     scene = {name: Setting(option(name), row["value"], row["unit"], may[name])
              for name, row in with_units(p).items()}
-    solver = {"fname": Setting("--fname", application.fname), "dim": Setting("dim", scheme.dim),
-              "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
-              "kernel": Setting("--kernel", type(scheme.kernel).__name__),
-              "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),
-              "material": Setting("material", getattr(scheme.material, "name", None)),
-              "dt": Setting("--timestep", scheme.dt, "s", may_change=True),
-              "backend": Setting("backend", application.backend(), may_change=True)}
     effects = {}
     for slot in scheme.slots:
         effect = scheme.effects.get(slot)
@@ -61,7 +66,7 @@ def settings(application):
         for name, row in with_units(effect).items() if effect is not None else ():
             effects[f"{slot}.{name}"] = Setting(option(f"{slot}.{name}"), row["value"], row["unit"],
                                                 marks(effect)[name])
-    return scene, solver, effects
+    return scene, scheme_settings(application), effects
 
 
 def stored_settings(record, slots, t):

@@ -53,7 +53,7 @@ class Departures(Tool):
         self.scheme, self.clearance = scheme, clearance
         self.up = np.array(scheme.scene().up)
         self.base = None
-        self.attached = None  # uids in attached bubbles, one step before
+        self.attached = None  # uids in attached bubbles, one step before, sorted
         self.events = []
 
     def pre_step(self, solver):
@@ -62,17 +62,18 @@ class Departures(Tool):
             self.base = ranks.largest(max(
                 float(np.max(positions(pa) @ self.up, initial=-np.inf)) for pa in sites))
             uid, vapour, aloft = self.look()
-            self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
+            self.attached = np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
 
     def post_step(self, solver):
         uid, vapour, aloft = self.look()
-        before = vapour.sum(np.isin(uid, self.attached, assume_unique=True))
+        was = np.searchsorted(self.attached, uid, "right") > np.searchsorted(self.attached, uid, "left")
+        before = vapour.sum(was)
         for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
             self.events.append((solver.t + solver.dt, int(n)))
-        self.attached = ranks.gather(uid[~aloft[vapour.index]])[0]
+        self.attached = np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
 
     def look(self):
         """Uids of the vapour particles, their bubbles, and for each bubble whether it is detached."""
         vapour = Vapour(self.scheme.arrays)
-        height = np.stack([vapour.get(name) for name in "xyz"], -1) @ self.up - self.base
-        return vapour.get("uid"), vapour, -vapour.max(-height, least=-np.inf) > self.clearance
+        height = sum(share * vapour.get(name) for name, share in zip("xyz", self.up) if share)
+        return vapour.get("uid"), vapour, vapour.sum(height - self.base <= self.clearance) == 0.0

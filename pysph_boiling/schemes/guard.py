@@ -1,11 +1,10 @@
 """Stops a run at the step in which a NaN or Inf or an impossible temperature appears."""
-import math
 import warnings
 
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.device import counted, largest, smallest, summed, values
+from pysph_boiling.device import counted, real, values
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase
@@ -38,12 +37,14 @@ class Guard(Tool):
 
     def look(self, solver):
         """A description of the problem on this rank, or ``None``."""
+        reductions = self.scheme.reductions
         for pa in self.scheme.arrays:
-            for name in WATCHED:
-                if name in pa.properties and not math.isfinite(summed(values(pa, name))):
-                    return self.report(pa, name, solver, lambda pa, name=name: ~np.isfinite(pa.get(name)))
-            if "T" in pa.properties and self.scheme.material is not None:
-                problem = self.too_cold(pa, solver) or self.too_hot(pa, solver)
+            name = reductions.not_finite(pa, [name for name in WATCHED if name in pa.properties])
+            if name:
+                return self.report(pa, name, solver, lambda pa, name=name: ~np.isfinite(pa.get(name)))
+            if "T" in pa.properties and self.scheme.material is not None and real(pa):
+                coldest, hottest = reductions.ends(pa, "T")
+                problem = self.too_cold(pa, coldest, solver) or self.too_hot(pa, hottest, solver)
                 if problem:
                     return problem
         return None
@@ -53,22 +54,20 @@ class Guard(Tool):
         return (f"; liquid must stay between 0 K and {material.T_crit} K, the critical point of {material.name}, "
                 "vapour above 0 K")
 
-    def too_cold(self, pa, solver):
-        """A description of a temperature that is not above 0 K, or ``None``."""
-        T = values(pa, "T")
-        if len(T) == 0 or smallest(T) > 0.0:
+    def too_cold(self, pa, coldest, solver):
+        """A description of a temperature that is not above 0 K, or ``None``; ``coldest`` [K] is the lowest one."""
+        if coldest > 0.0:
             return None
         return self.report(pa, "T", solver, lambda pa: pa.T <= 0.0, self.limits())
 
-    def too_hot(self, pa, solver):
-        """A description of liquid that is not below the critical temperature, or ``None``."""
+    def too_hot(self, pa, hottest, solver):
+        """A description of liquid that is not below the critical temperature, or ``None``; ``hottest`` [K] as above."""
         T_crit, phases = self.scheme.material.T_crit, "phase" in pa.properties
 
         def beyond(T, phase):
             return (T >= T_crit) & (phase != Phase.VAPOUR) if phases else T >= T_crit
 
-        T = values(pa, "T")
-        if largest(T) < T_crit or not counted(beyond(T, values(pa, "phase") if phases else None)):
+        if hottest < T_crit or not counted(beyond(values(pa, "T"), values(pa, "phase") if phases else None)):
             return None
         if self.converts and self.warned:
             return None

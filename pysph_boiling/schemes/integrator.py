@@ -13,10 +13,10 @@ from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
 
-from pysph_boiling.device import largest, largest_size, values
 from pysph_boiling.names import whole_number
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
+from pysph_boiling.schemes.reductions import GENERAL
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
@@ -90,10 +90,11 @@ class MotionLimits:
     push: float
     settle: int
 
-    def substeps(self, arrays, dt):
+    def substeps(self, arrays, dt, reductions=GENERAL):
         """Number of parts into which a step of ``dt`` [s] is split."""
-        speed = fastest(arrays, ("u", "v", "w"))
-        acceleration = fastest(arrays, ("au", "av", "aw"))
+        squares = [max(reductions.largest_square(pa, names) for pa in arrays)
+                   for names in (("u", "v", "w"), ("au", "av", "aw"))]
+        speed, acceleration = map(math.sqrt, ranks.largest(np.array(squares)))
         wanted = max(1.0, dt / self.longest_step - 1e-9, speed * dt / self.distance,
                      dt * math.sqrt(acceleration / self.push))
         if wanted > MAX_SUBSTEPS:
@@ -103,19 +104,16 @@ class MotionLimits:
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard reports NaN
 
 
-def fastest(arrays, components):
-    """Largest magnitude of a vector property over all arrays and ranks."""
-    return math.sqrt(ranks.largest(max(largest(sum(values(pa, name)**2 for name in components)) for pa in arrays)))
-
-
 class PBFIntegrator(Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
     The scheme calls :meth:`plan` once. ``wall_time`` has the seconds per stage, ``runs`` the number of evaluations of
     each stage, and ``searches`` the number of neighbour searches. A step in which particles would move too far is
     split. Before the first step, passes of the density stage alone move apart particles that start too close to each
-    other or to a wall, without giving them a velocity.
+    other or to a wall, without giving them a velocity. ``reductions`` are general ones unless the solver sets others.
     """
+
+    reductions = GENERAL
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
              frozen=False, skin=0.0, motion=None, meter=None):
@@ -154,7 +152,7 @@ class PBFIntegrator(Integrator):
         if self.motion:
             if self.arrays[0].settled[0] == 0.0:
                 self.settle()
-            n = self.motion.substeps(self.arrays, dt)
+            n = self.motion.substeps(self.arrays, dt, self.reductions)
             for pa in self.arrays:
                 set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
                 set_constant(pa, "sweeps", 0.0)
@@ -327,7 +325,7 @@ class PBFIntegrator(Integrator):
 
     def count_subcycles(self, dt):
         """Set the number of heat steps from the explicit limit and the largest change of enthalpy, ``step_limit``."""
-        rate = ranks.largest(max(largest_size(values(pa, "ae")) for pa in self.arrays))
+        rate = ranks.largest(max(self.reductions.largest_size(pa, "ae") for pa in self.arrays))
         wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
         if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
             raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "

@@ -26,6 +26,7 @@ from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.lean import lean_terms, why_general
 from pysph_boiling.schemes.quality import QUALITIES
+from pysph_boiling.schemes.reductions import GENERAL
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
 from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
 
@@ -188,6 +189,12 @@ class PBFScheme(Scheme):
         """(terms, why): the terms for the arrays that were set up, with lean sums, or the reason why without them."""
         terms, why = self.terms(), why_general(self, self.given)
         return (terms if why else lean_terms(terms, self)), why
+
+    @property
+    def reductions(self):
+        """The :class:`~pysph_boiling.schemes.reductions.Reductions` of the particles: in C if the solver has lean sums.
+        """
+        return getattr(self.integrator, "reductions", GENERAL)
 
     def sweep_limits(self):
         """The smallest and the largest number of density sweeps in one run of their stage."""

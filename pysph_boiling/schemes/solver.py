@@ -33,6 +33,7 @@ from pysph_boiling.native import fluid_sums, has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
 from pysph_boiling.schemes.particle_files import ParticleFiles
+from pysph_boiling.schemes.reductions import CompiledReductions
 from pysph_boiling.threads import end_on_interrupt
 
 __all__ = ["StagedSolver", "build_side_by_side", "strip_unused_declarations", "vector_flags", "vector_tag",
@@ -267,3 +268,5 @@ class StagedSolver(Solver):
                                    mode="mpi" if self.in_parallel else "serial", say=self.say)
             ranks.wait()
             super().setup(particles, equations, nnps, kernel, fixed_h)
+        if has_host_sums(equations):
+            self.integrator.reductions = CompiledReductions()

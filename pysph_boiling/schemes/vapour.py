@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pysph_boiling.device import Subset, values
+from pysph_boiling.native import groups
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
@@ -27,8 +28,7 @@ class Vapour:
     def __init__(self, arrays):
         self.arrays = list(arrays)
         self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR.value) for pa in self.arrays]
-        here, self.first, index, n = np.unique(
-            self.get("bubble"), return_index=True, return_inverse=True, return_counts=True)
+        here, self.first, index, n = groups(self.get("bubble"))
         self.label, self.here = ranks.union(here)  # ``here``: indices of this rank's bubbles among all
         self.index = self.here[index]
         self.n = ranks.total(np.bincount(self.here, weights=n, minlength=len(self.label)).astype(int))

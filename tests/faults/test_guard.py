@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from harness import native_only
 from pysph.solver.tools import Tool
 from sets import scheme
 
@@ -16,6 +17,7 @@ from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.schemes.guard import Guard
+from pysph_boiling.schemes.reductions import GENERAL, CompiledReductions
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration", "0.3",
          "--frame", "0.05", "--no-pictures", "--openmp"]
@@ -77,8 +79,8 @@ def test_any_error_leaves_the_rows_of_the_steps_before_it(error, tmp_path, monke
     assert record["completed"] is False and record["steps"] == STEP - 1
 
 
-def guarded(name, **state):
-    """Guard and fluid of a set; nothing is compiled. ``state``: values of the first particle."""
+def guarded(name, reductions=GENERAL, **state):
+    """Guard and fluid of a set; no equation is compiled. ``state``: values of a particle."""
     made = scheme(name, dim=2, spacing=1.0)
     common = dict(spacing=1.0, dim=2, rho0=made.rho0)
     fluid = fluid_block((0.0, 0.0, 0.0), (4.0, 4.0, 0.0), **common)
@@ -89,6 +91,7 @@ def guarded(name, **state):
     for prop, value in state.items():
         fluid.get(prop)[3] = value
     made.arrays.append(fluid)  # as the solver does
+    made.integrator = SimpleNamespace(reductions=reductions)
     return Guard(made), fluid
 
 
@@ -96,6 +99,8 @@ AFTER = SimpleNamespace(t=1.0, dt=0.5, count=2, disable_output=True)
 SAID = "at t = 1.5 s (step 3) T = {} K of particle 3 of 'fluid' at (0.5, 3.5, 0) m"
 
 
+@pytest.mark.parametrize("reductions", [GENERAL, pytest.param(CompiledReductions(), marks=native_only)],
+                         ids=["general", "in C"])
 @pytest.mark.parametrize(("name", "phase", "T", "ends"), [
     ("slab", None, 0.0, True), ("slab", None, -132.0, True), ("slab", None, WATER.T_crit, True),
     ("slab", None, 0.01, False), ("slab", None, 647.0, False),
@@ -103,8 +108,8 @@ SAID = "at t = 1.5 s (step 3) T = {} K of particle 3 of 'fluid' at (0.5, 3.5, 0)
     ("states_hold", Phase.VAPOUR, -1.0, True), ("states_hold", Phase.VAPOUR, 1500.0, False),  # superheated vapour
     ("states_hold", Phase.SUPERHEATED, 640.0, False),
 ])
-def test_temperature_beyond_physics_ends_the_run(name, phase, T, ends):
-    guard, _ = guarded(name, T=T, **({} if phase is None else {"phase": int(phase)}))
+def test_temperature_beyond_physics_ends_the_run(name, phase, T, ends, reductions):
+    guard, _ = guarded(name, reductions, T=T, **({} if phase is None else {"phase": int(phase)}))
     if not ends:
         guard.post_step(AFTER)
         return

@@ -9,7 +9,7 @@ tools act after a step. Effects of other packages (``example_plugin/``) come las
 # ruff: noqa: I001 - the order of these imports is the order of the slots
 from pysph_boiling.schemes.effects.base import (
     EFFECTS, Column, Effect, Flow, Rule, SchemeContext, Snapshot, check_parameters, check_temperatures, cumulative,
-    enthalpies, joined, param, sum_over,
+    joined, param, sum_over, totals,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
@@ -33,8 +33,8 @@ __all__ = [
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
     "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
     "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot", "Venting",
-    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "enthalpies", "joined", "heat_step_limit",
-    "param", "sum_over",
+    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined", "heat_step_limit", "param",
+    "sum_over", "totals",
 ]
 
 load_installed()

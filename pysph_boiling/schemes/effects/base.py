@@ -15,11 +15,12 @@ from pysph_boiling.names import check_renamed, nearest
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
+from pysph_boiling.schemes.reductions import GENERAL
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
     "EFFECTS", "Column", "Effect", "Flow", "Rule", "SchemeContext", "Snapshot", "any_vapour", "check_parameters",
-    "check_temperatures", "computed_once", "constant", "cumulative", "enthalpies", "joined", "param", "sum_over",
+    "check_temperatures", "computed_once", "constant", "cumulative", "joined", "param", "sum_over", "totals",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
@@ -76,11 +77,15 @@ class SchemeContext:
 
 
 class Snapshot(list):
-    """Fluid arrays that do not change for a while, with the results of :func:`computed_once` functions of them."""
+    """Fluid arrays that do not change for a while, with the results of :func:`computed_once` functions of them.
 
-    def __init__(self, arrays):
+    ``reductions`` are those of the scheme, and ``summed`` names properties whose sums are made together with the others
+    (:func:`totals`).
+    """
+
+    def __init__(self, arrays, reductions=GENERAL, summed=()):
         super().__init__(arrays)
-        self.known = {}
+        self.reductions, self.summed, self.known = reductions, summed, {}
 
 
 def computed_once(function):
@@ -324,15 +329,44 @@ def constant(arrays, name):
     return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
 
 
+class Totals(NamedTuple):
+    """Sums over the real particles of all arrays and ranks.
+
+    ``count`` is their number, ``sums`` has the sum of each property in :attr:`Snapshot.summed`. ``number`` (5,) and
+    ``energy`` (5,) [J] are particles and enthalpy by state, and ``hidden`` [J] is the held latent heat, as in
+    :meth:`Reductions.states`; all of these are 0 without heat.
+    """
+
+    count: float
+    sums: dict[str, float]
+    number: list[float]
+    energy: list[float]
+    hidden: float
+
+
+@computed_once
+def totals(arrays):
+    """The :class:`Totals` of fluid arrays, which the ranks exchange at once."""
+    arrays = arrays if isinstance(arrays, Snapshot) else Snapshot(arrays)
+    parts = []
+    for pa in arrays:
+        count = len(host(pa, "m"))  # a device counts periodic ghosts among the real ones
+        number, energy, hidden = arrays.reductions.states(pa) if "e" in pa.properties else ([0.0] * 5, [0.0] * 5, 0.0)
+        parts.append([count, *(arrays.reductions.sum(pa, name) for name in arrays.summed), *number, *energy, hidden])
+    count, *found = ranks.total(np.sum(parts, axis=0)).tolist()
+    sums, found = found[:len(arrays.summed)], found[len(arrays.summed):]
+    return Totals(count, dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
+
+
 @computed_once
 def sum_over(arrays, name):
     """Sum of a property over the real particles of all arrays and ranks, with the values of removed particles."""
-    value = 0.0
-    for pa in arrays:
-        value += ranks.total(float(np.sum(host(pa, name), dtype=float)))
-        if f"carried_{name}" in pa.constants:
-            value += float(pa.constants[f"carried_{name}"].get_npy_array()[0])
-    return value
+    if isinstance(arrays, Snapshot) and name in arrays.summed:
+        value = totals(arrays).sums[name]
+    else:
+        value = ranks.total(sum(GENERAL.sum(pa, name) for pa in arrays))
+    return value + sum(float(pa.constants[f"carried_{name}"].get_npy_array()[0]) for pa in arrays
+                       if f"carried_{name}" in pa.constants)
 
 
 @computed_once
@@ -340,12 +374,6 @@ def joined(arrays, name):
     """A property of this rank's real particles of all arrays in one array, which must not be modified."""
     parts = [host(pa, name) for pa in arrays]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-@computed_once
-def enthalpies(arrays):
-    """Enthalpy of each of this rank's real particles of all arrays [J], in one array."""
-    return joined(arrays, "m") * joined(arrays, "e")
 
 
 def any_vapour(arrays):

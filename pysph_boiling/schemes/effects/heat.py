@@ -9,7 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import heat
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, check_heaters, vector
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, joined, param
+from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, joined, param, sum_over, totals
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
@@ -75,8 +75,7 @@ class HeatConduction(Effect):
 
     def columns(self, scene):
         def mean(arrays, scene):
-            T = joined(arrays, "T")
-            return ranks.total(float(np.sum(T))) / max(ranks.total(len(T)), 1)
+            return sum_over(arrays, "T") / max(totals(arrays).count, 1.0)
 
         def highest(arrays, scene):
             return ranks.largest(float(np.max(joined(arrays, "T"), initial=0.0)))

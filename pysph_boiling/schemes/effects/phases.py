@@ -8,17 +8,16 @@ from pysph_boiling.device import counted, largest, values
 from pysph_boiling.equations import phase_change
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
-from pysph_boiling.phases import Phase, at_saturation
+from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.effects.base import (
     Column,
     Effect,
     Rule,
-    computed_once,
     cumulative,
-    enthalpies,
-    joined,
     param,
+    totals,
 )
+from pysph_boiling.schemes.reductions import HELD
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PhaseChange"]
@@ -51,41 +50,30 @@ class PhaseChange(Effect):
             Property("e_lat", "J/kg", "latent heat held since an interruption", state=True))
 
     def columns(self, scene):
-        def count(which):
-            return lambda arrays, scene: float(ranks.total(len(which(arrays))))
-
-        def energy(which):
-            return lambda arrays, scene: ranks.total(float(np.sum(enthalpies(arrays)[which(arrays)])))
-
-        @computed_once
-        def parted(arrays):
-            """Indices of the liquid above T_sat, and of that at T_sat."""
-            hot = in_state(arrays, Phase.SUPERHEATED)
-            held = at_saturation(Phase.SUPERHEATED, joined(arrays, "e")[hot], joined(arrays, "e_lat")[hot])
-            return hot[~held], hot[held]
-
-        states = {phase.name.lower(): (lambda arrays, phase=phase: in_state(arrays, phase),
-                                       f"in state {phase.name.lower()}") for phase in Phase}
-        states["superheated"] = lambda arrays: parted(arrays)[0], "of liquid above T_sat"
-        states["held"] = lambda arrays: parted(arrays)[1], "of liquid held at T_sat without a site: interrupted, or fed"
+        states = {phase.name.lower(): (phase.value, f"in state {phase.name.lower()}") for phase in Phase}
+        states["superheated"] = Phase.SUPERHEATED.value, "of liquid above T_sat"
+        states["held"] = HELD, "of liquid held at T_sat without a site: interrupted, or fed"
         columns = []
-        for name, (which, meaning) in states.items():
-            columns.append(Column(f"n_{name}", "-", f"particles {meaning}", count(which)))
-            columns.append(Column(f"energy_{name}", "J", f"enthalpy of the particles {meaning}", energy(which)))
+        for name, (state, meaning) in states.items():
+            columns.append(Column(f"n_{name}", "-", f"particles {meaning}",
+                                  lambda arrays, scene, state=state: totals(arrays).number[state]))
+            columns.append(Column(f"energy_{name}", "J", f"enthalpy of the particles {meaning}",
+                                  lambda arrays, scene, state=state: totals(arrays).energy[state]))
         columns += [
             cumulative("n_nucleated", "-", "particles vaporised by completing their latent heat, since the start",
                        "vaporised"),
             cumulative("n_interrupted", "-", "interrupted transitions since the start", "interrupted"),
         ]
         if self.interrupt == "hold":
-            columns.append(Column("energy_hidden", "J", "held latent heat, which no temperature shows", hidden_heat))
+            columns.append(Column("energy_hidden", "J", "held latent heat, which no temperature shows",
+                                  lambda arrays, scene: totals(arrays).hidden))
         return tuple(columns)
 
     def conditions(self, scene):
         def hot(arrays):
             return ranks.anywhere(any(
-                largest(values(pa, "e"), default=-np.inf) >= 0.0 or
-                counted(values(pa, "phase") != Phase.LIQUID.value) > 0 for pa in arrays))
+                counted(values(pa, "phase") != Phase.LIQUID.value) > 0 or
+                largest(values(pa, "e"), default=-np.inf) >= 0.0 for pa in arrays))
 
         return {"phases": hot}
 
@@ -101,15 +89,3 @@ class PhaseChange(Effect):
             yield Term("phases.kinetic", phase_change.PhaseVapourCondition(
                 fluid, list(scene.fluids), radius=scene.bubble_radius(self.kinetic_radius)))
         yield Term("phases.edges", phase_change.PhaseEdges(fluid, None, **state, hold=self.interrupt == "hold"))
-
-
-@computed_once
-def in_state(arrays, phase):
-    """Indices of the particles in a state among this rank's real ones."""
-    return np.flatnonzero(joined(arrays, "phase") == phase.value)
-
-
-def hidden_heat(arrays, scene):
-    """Held latent heat of superheated particles [J]."""
-    m, e, e_lat = (joined(arrays, name)[in_state(arrays, Phase.SUPERHEATED)] for name in ("m", "e", "e_lat"))
-    return ranks.total(float(np.sum(np.minimum(e, e_lat) * m)))
