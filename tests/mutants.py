@@ -64,6 +64,7 @@ labels = mutants("bubble_labels.h", "compiled/test_bubble_groups.py")
 exchange = mutants("exchange.h", "compiled/test_lean.py")
 pairs = mutants("pair_sums.h", "compiled/test_lean.py")
 sweeps = mutants("density_sweeps.h", "compiled/test_lean.py")
+sums = mutants("particle_sums.h", "compiled/test_reductions.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_site_storage.py",
                 "compiled/test_modes.py")
@@ -176,6 +177,11 @@ MUTANTS = (  # --quick takes the first of each module
     pairs("cubic spline: inner part of the slope", "lanes(kernel->ratio)*(p.u*p.u)",
           "lanes(0.5*kernel->ratio)*(p.u*p.u)"),
     pairs("neighbours beyond the end count", "counted + 8 - (n - lanes_last(n))", "counted + 7 - (n - lanes_last(n))"),
+    sums("at the edge it is not held", "_CMP_LE_OQ", "_CMP_LT_OQ"),
+    sums("compensation dropped", "return total.sum + total.lost;", "return total.sum;"),
+    sums("rest of a block dropped", "for (; i < end; i++) rest += a[i];", ""),
+    sums("a NaN goes unseen", "none |= a[i] != a[i];", ""),
+    sums("groups begin anywhere", ": i < j;", ": i > j;"),
     phase("temperature after: capacity of vapour for liquid",
           "self.c_l,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic",
           "self.c_v,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic"),
