@@ -1,5 +1,6 @@
 """Sums over neighbours and density sweeps in C, for uniform masses and smoothing lengths, on the host.
 
+Sums and extremes over the particles themselves are there too, for any masses (:mod:`pysph_boiling.schemes.reductions`).
 They are compiled once, by GCC or Clang for AVX2 or AVX-512, as PySPH compiles its modules. The equations that call them
 are :mod:`pysph_boiling.equations.lean`.
 """
