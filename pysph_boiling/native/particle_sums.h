@@ -77,14 +77,19 @@ static double counter_sum(long n, const int *a) {
 static void property_ends(long n, const double *a, double *ends) {
     const double inf = __builtin_inf();
     __m256d least = _mm256_set1_pd(inf), most = _mm256_set1_pd(-inf), odd = _mm256_setzero_pd();
+    __m256d least_too = least, most_too = most;         /* two chains, since each has to wait for itself */
     double low[4], high[4];
     long i = 0;
-    for (; i + 4 <= n; i += 4) {
-        const __m256d v = _mm256_loadu_pd(a + i);
+    for (; i + 8 <= n; i += 8) {
+        const __m256d v = _mm256_loadu_pd(a + i), w = _mm256_loadu_pd(a + i + 4);
         least = _mm256_min_pd(v, least);
         most = _mm256_max_pd(v, most);
-        odd = _mm256_or_pd(odd, _mm256_cmp_pd(v, v, _CMP_UNORD_Q));
+        least_too = _mm256_min_pd(w, least_too);
+        most_too = _mm256_max_pd(w, most_too);
+        odd = _mm256_or_pd(odd, _mm256_cmp_pd(v, w, _CMP_UNORD_Q));
     }
+    least = _mm256_min_pd(least, least_too);
+    most = _mm256_max_pd(most, most_too);
     int none = _mm256_movemask_pd(odd);
     _mm256_storeu_pd(low, least);
     _mm256_storeu_pd(high, most);

@@ -353,7 +353,7 @@ def totals(arrays):
         count = len(host(pa, "m"))  # a device counts periodic ghosts among the real ones
         number, energy, hidden = arrays.reductions.states(pa) if "e" in pa.properties else ([0.0] * 5, [0.0] * 5, 0.0)
         parts.append([count, *(arrays.reductions.sum(pa, name) for name in arrays.summed), *number, *energy, hidden])
-    count, *found = ranks.total(np.sum(parts, axis=0)).tolist()
+    count, *found = ranks.total(np.array([sum(part) for part in zip(*parts)])).tolist()
     sums, found = found[:len(arrays.summed)], found[len(arrays.summed):]
     return Totals(count, dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
 
