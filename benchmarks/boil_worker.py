@@ -18,6 +18,7 @@ from pysph.solver.tools import Tool
 
 import pysph_boiling
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
+from pysph_boiling.materials import WATER_1ATM
 
 EVERY_VERSION_ITS_OWN = {"h", "tag", "pid", "gid"}  # properties: of the scheme and of PySPH, not of the boiling water
 
@@ -47,12 +48,14 @@ class Boil(SteadyBoiling):
         return [Requests(self), *super().create_tools()]
 
     def state_now(self):
-        """What the boiling water is: its properties and constants, the clock, and bubbles that left the base."""
+        """The boiling water: its properties, constants and material, the clock, and bubbles that left the base."""
         fluid = self.scheme.arrays[0]
         return dict(
             {f"property {name}": fluid.get(name) for name in fluid.output_property_arrays
              if name not in EVERY_VERSION_ITS_OWN},
             **{f"constant {name}": values.get_npy_array() for name, values in fluid.constants.items()},
+            **{f"water {field.name}": getattr(WATER_1ATM, field.name) for field in dataclasses.fields(WATER_1ATM)
+               if isinstance(getattr(WATER_1ATM, field.name), float)},
             spacing=self.scheme.spacing, t=self.solver.t, count=self.solver.count, departures=len(self.departures))
 
 
@@ -70,6 +73,14 @@ def fill(pa, state):
             pa.get(name, only_real_particles=False)[:] = state[key]
         elif kind == "constant" and name in pa.constants and pa.constants[name].length == len(state[key]):
             pa.constants[name].get_npy_array()[:] = state[key]
+
+
+def take_water(state):
+    """Give water the constants that it has in the state: versions differ in the third digit of some."""
+    for key, value in state.items():
+        kind, _, name = key.partition(" ")
+        if kind == "water" and hasattr(WATER_1ATM, name):
+            object.__setattr__(WATER_1ATM, name, float(value))
 
 
 class Requests(Tool):
@@ -135,6 +146,7 @@ def main(root, hdx, state, folder, *arguments):
     if state != "-":
         with np.load(state) as data:
             Boil.state = dict(data)
+        take_water(Boil.state)
     Boil(output_dir=folder).run(["--openmp", "--no-pictures", "--duration", "1e3", "-d", folder, *arguments])
 
 
