@@ -5,8 +5,9 @@
 For each h/dx the vessel first boils for a second or more. Each version then starts from these particles, in a process
 of its own, with the constants of water that this version has. The versions take turns of a few steps, so that other
 load on the machine affects both. ``--against`` takes the other version from this git checkout. The time of a step
-includes tools and ledger. The first steps are not timed, and particle files are timed separately. Below h/dx 1.2 the range of cohesion ends at the kernel support. Unknown
-options are passed to the scene (``--width 20``). The first run of a version compiles it, which takes minutes.
+includes tools and ledger. The first steps are not timed, and particle files are timed separately. Below h/dx 1.2 the
+range of cohesion ends at the kernel support. Unknown options are passed to the scene (``--width 20``). The first run of
+a version compiles it, which takes minutes.
 
 With ``--against``, the exit status is 1 unless both versions give the same result: positions to 1e-9 spacings after 12
 steps, and equal phases, bubble labels and counts after 50. A boil is chaotic: summing in another order changes which
