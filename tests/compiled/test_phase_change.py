@@ -172,6 +172,17 @@ def test_temperature_and_conductivity_of_random_states(cases):
     np.testing.assert_array_equal(after, e)  # nothing to exchange with
 
 
+def test_temperature_is_that_of_the_enthalpy_after_a_heat_step(cases):
+    """Cold liquid beside vapour takes up heat. Without hot liquid only the heat stage sets its temperature."""
+    e = np.linspace(-L, -0.9 * L, N)
+    cases.set(Phase.LIQUID, e, "vapour")
+    cases.pa.heat_dt[0] = 1e-3
+    cases.stepper.run_stage("heat")
+    T, after = cases.get("T", "e")
+    assert np.all(after > e + 1e-9 * L) and np.all(after < 0.0)
+    np.testing.assert_allclose(T, temperature(after, Phase.LIQUID, WATER), rtol=4e-16)
+
+
 # --- interruption and resumption --------------------------------------------------------------------------------------
 
 
