@@ -8,7 +8,12 @@ from harness import Evaluator, random_cloud, vectors
 from pysph.sph.equation import Group
 
 from pysph_boiling.equations.buoyancy import BubbleBuoyancy, BubbleBuoyancyIhmsen, BubbleBuoyancyPaper, BubbleDrag
-from pysph_boiling.equations.cohesion import BubbleCohesion, BubbleSiteAdhesion
+from pysph_boiling.equations.cohesion import (
+    BubbleCohesion,
+    BubbleCohesionMove,
+    BubbleCohesionReset,
+    BubbleSiteAdhesion,
+)
 from pysph_boiling.equations.preset_nucleation import NucleationSiteAttraction
 from pysph_boiling.equations.venting import VentingFilm, VentingFree, VentingRelease
 from pysph_boiling.equations.viscosity import PBFBodyForce
@@ -16,8 +21,9 @@ from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import Phase
 
 __all__ = [
-    "DX", "HDX", "N", "RHO0", "SUPPORT", "VAPOUR", "Forces", "assert_equals_reference", "assert_momentum_is_conserved",
-    "between", "particles", "random_bubbles", "to_sites",
+    "DX", "HDX", "MAX_DISPLACEMENT", "N", "PULL", "PULLED", "RHO0", "STIFFNESS", "STRENGTH", "SUPPORT", "VAPOUR",
+    "Forces", "assert_equals_reference", "assert_momentum_is_conserved", "between", "particles", "random_bubbles",
+    "to_sites",
 ]
 
 DX, RHO0, HDX = 0.01, 958.0, 1.2
@@ -25,6 +31,8 @@ SUPPORT = 2.0 * HDX * DX
 VAPOUR = int(Phase.VAPOUR)
 N, N_SITES = 60, 8
 G = {2: np.array([0.0, -9.81, 0.0]), 3: np.array([0.0, 0.0, -9.81])}
+STRENGTH, STIFFNESS, MAX_DISPLACEMENT = 30.0, 5.0 / DX, 0.5 * DX  # of cohesion
+PULL, PULLED = (tuple(f"{name}_{axis}" for axis in "xyz") for name in ("pull", "pulled"))
 ROUND_OFF = 1e-12  # sums of some 40 terms, in another order than the compiled ones
 
 
@@ -39,6 +47,9 @@ class Forces:
         self.fluid, self.sites = fluid, site_array(sites, reach=SUPPORT, spacing=DX)
         for name in ("phase", "bubble_n", "film", "covered", "free", "vapour_near"):
             fluid.add_property(name, type="int")
+        for name in ("limited", "sx", "sy", "sz", *PULL, *PULLED):
+            fluid.add_property(name)
+        fluid.add_constant("prior", [1.0, 1.0, 1.0])
         fluid.phase[:] = phase
         groups = {
             "gravity": PBFBodyForce("fluid", None, **gravity),
@@ -47,7 +58,10 @@ class Forces:
             "paper": BubbleBuoyancyPaper("fluid", None, k_bubble=k, a_max=a_max, **gravity),
             "ihmsen": BubbleBuoyancyIhmsen("fluid", ["fluid"], k_min=k, k_max=1.7, **gravity),
             "drag": BubbleDrag("fluid", ["fluid"], rate=11.0, rho0=RHO0),
-            "cohesion": BubbleCohesion("fluid", ["fluid"], strength=30.0, radius=2.3 * DX),
+            "cohesion": BubbleCohesion("fluid", ["fluid"], strength=STRENGTH, radius=2.3 * DX, stiffness=STIFFNESS,
+                                       max_displacement=MAX_DISPLACEMENT),
+            "cohesion_move": BubbleCohesionMove("fluid", None),
+            "cohesion_reset": BubbleCohesionReset("fluid", None),
             "adhesion": BubbleSiteAdhesion("fluid", ["sites"], strength=80.0, radius=2.1 * DX, spacing=DX),
             "film": VentingFilm("fluid", ["fluid"], **cone),
             "free": VentingFree("fluid", ["fluid"], **cone),
@@ -59,12 +73,12 @@ class Forces:
             for name, equation in groups.items()], dim=dim)
         self.kernel = self.evaluator.kernel
 
-    def run(self, *wanted, start=0.0):
+    def run(self, *wanted, start=0.0, dt=1.0):
         """Accelerations (n, 3) from the groups named, on top of ``start``."""
         self.wanted = wanted
         for name in ("au", "av", "aw"):
             self.fluid.get(name)[:] = start
-        self.evaluator.run()
+        self.evaluator.run(dt=dt)
         return vectors(self.fluid, "au", "av", "aw")
 
 

@@ -4,38 +4,64 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-__all__ = ["BubbleCohesion", "BubbleSiteAdhesion"]
+__all__ = ["BubbleCohesion", "BubbleCohesionMove", "BubbleCohesionReset", "BubbleSiteAdhesion"]
 
 
 class BubbleCohesion(Equation):
-    r"""Cohesion between vapour particles: attraction that turns into repulsion when they are close.
+    r"""Cohesion between vapour particles, solved in the density sweeps together with the density constraint.
+
+    A pair attracts, and repels when it is close. The displacement c_i that the force causes in a step belongs to the
+    positions at its end, c_i = dt^2 a_i(x) (backward Euler). Each density sweep makes one damped Jacobi iteration of
+    that, from the positions x^k at which it also sums the density, and moves by both corrections:
 
     .. math::  a_i = -a_c \sum_j \frac{2 m_j}{m_i + m_j} C(r_{ij}/R)\, \hat{x}_{ij}, \qquad
                C(q) = \begin{cases} 2\cdot 64 (1-q)^3 q^3 - 1 & q \le 1/2 \\ 64 (1-q)^3 q^3 & 1/2 < q < 1 \end{cases}
 
+    .. math::  p_i = \theta\,(\Delta t^2 a_i(x^k) - c_i), \quad c_i \leftarrow c_i + p_i, \quad
+               x_i^{k+1} = x_i^k + p_i + \omega\,\Delta x_i, \qquad \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
+
+    As c starts at zero and theta is the same for all, every p is a sum over pairs, which conserves momentum after any
+    number of sweeps. kappa a_c is about half the stiffest eigenvalue of the forces in a dense bubble, so the iteration
+    converges for any time step.
+
     Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1; the paper, section 4.2.1, mentions surface
-    tension without a formula.
+    tension without a formula. Differs: implicit; the iteration is ours.
 
     Parameters
     ----------
-    strength : float   a_c [m/s^2], >= 0. Bubbles at rest stay calm up to strength dt^2/spacing = 0.025 in 2-D and 0.01
-        in 3-D.
-    radius : float     Range R [m], > 0, at most the support of the kernel.
+    strength : float           a_c [m/s^2], >= 0.
+    radius : float             Range R [m], > 0, at most the support of the kernel.
+    stiffness : float          kappa [1/m], >= 0.
+    max_displacement : float   Largest p of one sweep [m], > 0.
 
-    Reads    d_phase, s_phase, d_m, s_m [kg], positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
-    Errors   ValueError if strength < 0 or radius <= 0.   Limits   The strength is tuned, and not a surface tension.
+    Reads    d_phase, s_phase, d_m, s_m [kg], positions, constant ``prior`` [-], the time step.
+    Writes   d_pull_x .. d_pull_z (p) [m], d_pulled_x .. d_pulled_z (c) [m], d_limited, own index only.
+    Needs    c = 0 when a step begins (:class:`BubbleCohesionReset`).
+    Errors   ValueError if a parameter is out of range.   Limits   A limited p does not conserve momentum. In passes of
+    the sweeps that the velocity does not feel (``prior``), there is no cohesion.
     """
 
-    def __init__(self, dest, sources, strength, radius):
+    def __init__(self, dest, sources, strength, radius, stiffness, max_displacement):
         if not strength >= 0.0:
             raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
         if not radius > 0.0:
             raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
+        if not stiffness >= 0.0:
+            raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+        if not max_displacement > 0.0:
+            raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
         self.strength = float(strength)
         self.radius = float(radius)
+        self.stiffness = float(stiffness)
+        self.max_displacement = float(max_displacement)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_phase, s_phase, d_m, s_m, d_au, d_av, d_aw, d_x, d_y, d_z, s_x, s_y, s_z,
+    def initialize(self, d_idx, d_pull_x, d_pull_y, d_pull_z):
+        d_pull_x[d_idx] = 0.0
+        d_pull_y[d_idx] = 0.0
+        d_pull_z[d_idx] = 0.0
+
+    def loop_all(self, d_idx, d_phase, s_phase, d_m, s_m, d_pull_x, d_pull_y, d_pull_z, d_x, d_y, d_z, s_x, s_y, s_z,
                  NBRS, N_NBRS):
         i = declare('int')
         s_idx = declare('long')
@@ -54,9 +80,56 @@ class BubbleCohesion(Equation):
                             f = 2.0*f - 1.0
                         f = self.strength * f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
                         f = f / max(r, 1e-6*self.radius)
-                        d_au[d_idx] -= f * rx
-                        d_av[d_idx] -= f * ry
-                        d_aw[d_idx] -= f * rz
+                        d_pull_x[d_idx] -= f * rx
+                        d_pull_y[d_idx] -= f * ry
+                        d_pull_z[d_idx] -= f * rz
+
+    def post_loop(self, d_idx, d_phase, d_pull_x, d_pull_y, d_pull_z, d_pulled_x, d_pulled_y, d_pulled_z, d_limited,
+                  d_prior, dt):
+        if d_phase[d_idx] == 3:
+            f = d_prior[1] / (1.0 + self.stiffness*self.strength*dt*dt)
+            px = f * (dt*dt*d_pull_x[d_idx] - d_pulled_x[d_idx])
+            py = f * (dt*dt*d_pull_y[d_idx] - d_pulled_y[d_idx])
+            pz = f * (dt*dt*d_pull_z[d_idx] - d_pulled_z[d_idx])
+            size = sqrt(px*px + py*py + pz*pz)
+            f = 1.0
+            if size > self.max_displacement:
+                f = self.max_displacement / size
+                d_limited[d_idx] += 1
+            d_pull_x[d_idx] = f * px
+            d_pull_y[d_idx] = f * py
+            d_pull_z[d_idx] = f * pz
+            d_pulled_x[d_idx] += f * px
+            d_pulled_y[d_idx] += f * py
+            d_pulled_z[d_idx] += f * pz
+
+
+class BubbleCohesionMove(Equation):
+    r"""Applies the displacement p of :class:`BubbleCohesion` in one sweep, :math:`x^* \leftarrow x^* + p`.
+
+    Source: ours.   Reads   d_pull_x, d_pull_y, d_pull_z [m].   Writes   d_x .. d_z, d_sx .. d_sz [m], own index only.
+    Needs   BubbleCohesion and the density correction, which read positions, in earlier groups.
+    """
+
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_pull_x, d_pull_y, d_pull_z):
+        d_x[d_idx] += d_pull_x[d_idx]
+        d_y[d_idx] += d_pull_y[d_idx]
+        d_z[d_idx] += d_pull_z[d_idx]
+        d_sx[d_idx] += d_pull_x[d_idx]
+        d_sy[d_idx] += d_pull_y[d_idx]
+        d_sz[d_idx] += d_pull_z[d_idx]
+
+
+class BubbleCohesionReset(Equation):
+    """The displacement c of :class:`BubbleCohesion` starts at zero in the next step.
+
+    Source: ours.   Reads   nothing.   Writes   d_pulled_x, d_pulled_y, d_pulled_z [m], own index only.
+    """
+
+    def initialize(self, d_idx, d_pulled_x, d_pulled_y, d_pulled_z):
+        d_pulled_x[d_idx] = 0.0
+        d_pulled_y[d_idx] = 0.0
+        d_pulled_z[d_idx] = 0.0
 
 
 class BubbleSiteAdhesion(Equation):

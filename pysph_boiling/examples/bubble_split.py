@@ -31,8 +31,8 @@ class BubbleSplitParameters(BubbleRiseParameters):
     duration: float = param(0.35, "s", "simulated time", above=0.0, may_change=True)
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(11.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    cohesion_strength: float = param(0.2, "-", "strength of the cohesion of vapour, in units of gravity", low=0.0,
-                                     sets="cohesion.strength")
+    cohesion_sigma: float = param(0.0589, "N/m", "surface tension of bubbles, that of water", low=0.0,
+                                  sets="cohesion.sigma")
     eddy_speed: float = param(8.0, "-", "S, speed of the jet between the eddies, in sqrt(|g| spacing)", low=0.0)
     eddy_size: float = param(4.0, "-", "a, distance of the eddies from the jet, in spacings", above=0.0)
     eddy_height: float = param(15.5, "-", "height of the eddies above the base, in spacings", above=0.0)
@@ -46,13 +46,13 @@ class BubbleSplit(BubbleRise):
     variants = {
         "demo": dict(width=18, fill=28, duration=0.2),
         "flat": dict(dim=2, spacing=0.002, width=28, fill=32, diameter=9.0, eddy_height=16.0, eddy_speed=10.0,
-                     cohesion_strength=1.0, time_scaling=1000.0, duration=0.25),
+                     cohesion_sigma=0.03, time_scaling=1000.0, duration=0.25),
     }
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.set_effects(
-            cohesion=Cohesion(strength=p.cohesion_strength),
+            cohesion=Cohesion(sigma=p.cohesion_sigma),
             oscillation=Oscillation(form="hysteresis", omega=0.2),
             # eddies open gaps, which free some vapour for a moment
             venting=Venting(mode="lid", free_fraction=1.0, free_steps=6))

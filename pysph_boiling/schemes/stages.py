@@ -111,8 +111,9 @@ STAGES = (
         ), when="short_step"),
         Block((GroupSpec("contact", "predicted positions that lie in a wall", ("x", "y", "z")),)),
         Block((
-            GroupSpec("multiplier", "density, its gradients, Lagrange multiplier", ("lmbda",)),
+            GroupSpec("multiplier", "density, its gradients, Lagrange multiplier; cohesion", ("lmbda",)),
             GroupSpec("correction", "position correction"),
+            GroupSpec("pull", "the displacement by cohesion applied"),
             GroupSpec("move", "the correction applied, containers", ("x", "y", "z", "impulse")),
         ), iterate="sweeps"),
         Block((GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),)),
@@ -124,7 +125,7 @@ STAGES = (
         Block((
             GroupSpec("sum", "every acceleration of the next prediction"),
             GroupSpec("release", "free vapour falls"),
-            GroupSpec("volume", "rest volume of the next step", ("swell",)),
+            GroupSpec("next", "what the next step begins with: rest volume, no displacement by cohesion", ("swell",)),
         )),
     )),
 )

@@ -116,7 +116,7 @@ def column(ramp):
     """
     stepper, fluid, row = vessel(
         fill=16, bubble=0.0, expansion=Expansion(v_exp=1.5, ramp=ramp), buoyancy=Buoyancy(k_bubble=0.0),
-        cohesion=Cohesion(strength=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
+        cohesion=Cohesion(sigma=0.0), adhesion=SiteAdhesion(strength=0.0), drag=Drag(rate=0.0),
         refill=Refill(rate=0.0), venting=Venting(mode="remove", free_steps=10**6),
         oscillation=Oscillation(form="hysteresis", min_particles=10**6))
     fluid.u[:] = fluid.v[:] = 0.0

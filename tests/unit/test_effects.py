@@ -58,7 +58,8 @@ OWNS = {
     "condensation": ("BubbleCondensation", "condensing deficit condensed", "steps relabel", "n_condensed"),
     "pooling": ("PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
     "buoyancy": ("BubbleBuoyancy", "", "", ""),
-    "cohesion": ("BubbleCohesion", "", "", ""),
+    "cohesion": ("BubbleCohesion BubbleCohesionMove BubbleCohesionReset",
+                 "pull_x pull_y pull_z pulled_x pulled_y pulled_z", "", ""),
     "adhesion": ("BubbleSiteAdhesion", "", "", ""),
     "drag": ("BubbleDrag", "", "", ""),
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
@@ -139,8 +140,8 @@ def test_mechanical_ledger_adds_what_it_owns(effects):
     before = make(effects=effects, lean=False)
     after = make(effects={**effects, "mechanics": MechanicalLedger()})
     swells = "expansion" in effects
-    owners = {"density", "viscosity", "preset_nucleation", "buoyancy", "cohesion", "adhesion", "drag", "venting"}
-    parts = owners | {"gravity", "vented", "container"} | ({"expansion"} if swells else set())
+    owners = {"density", "viscosity", "preset_nucleation", "buoyancy", "adhesion", "drag", "venting"}
+    parts = owners | {"gravity", "vented", "container", "cohesion"} | ({"expansion"} if swells else set())
     for what, own in (
         (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, {"PBFPressure"} if swells else set()),
         (lambda m: set(m[1][0].properties), {f"a{axis}_by_{owner}" for owner in owners for axis in "uvw"} | (
@@ -151,9 +152,11 @@ def test_mechanical_ledger_adds_what_it_owns(effects):
     ):
         assert what(after) - what(before) == own and what(before) <= what(after)
     names = [[group.name for _, group in subgroups(made[2])] for made in (before, after)]
-    assert set(names[0]) - set(names[1]) == {"forces_sum", "forces_release", "density_contact", "density_move"}
+    assert set(names[0]) - set(names[1]) == {"forces_sum", "forces_release", "density_contact", "density_pull",
+                                             "density_move"}
     assert set(names[1]) - set(names[0]) == {f"forces_sum_{owner}" for owner in owners - {"venting"}} | {
-        "forces_release_venting", "density_contact_container", "density_move_density", "density_move_container"} | (
+        "forces_release_venting", "density_contact_container", "density_pull_cohesion", "density_move_density",
+        "density_move_container"} | (
             {"density_pressure"} if swells else set())
 
 
@@ -185,7 +188,7 @@ def test_describe_names_stages_groups_and_owners():
         assert any(line.strip("*- ").startswith(f"{group}: ") for line in lines)
         assert any(type(term.equation).__name__ in line and line.endswith(f"for {term.owner}") for line in lines)
     starred = {line.split()[1].rstrip(":") for line in lines if line.startswith("  * ")}
-    assert starred == {"multiplier", "correction", "move", "snap", "hook", "shortcut", "check"}
+    assert starred == {"multiplier", "correction", "pull", "move", "snap", "hook", "shortcut", "check"}
     assert "stage bubbles" not in make(effects=sets.SETS["motion"])[0].describe()
 
 
@@ -234,8 +237,6 @@ def test_value_beyond_its_bound_is_refused(cls, spec, bound):
 # --- warnings ---------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("effects", "kwargs", "message"), [
-    (sets.BOIL, dict(dt=3e-3), r"cohesion.strength g dt\^2/spacing = 0.044 is above 0.025, so bubbles at "
-     "rest may stir the liquid; use a shorter time step or less cohesion"),
     (sets.BOIL, dict(gravity=(0.0, 0.0, 0.0)), "buoyancy has no effect without gravity"),
 ])
 def test_warnings(effects, kwargs, message):

@@ -9,6 +9,7 @@ from pysph_boiling.analysis.shapes import shapes
 from pysph_boiling.evaluation.problems.bubble_rise import blow, still_water
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
+from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects import Buoyancy, Cohesion, DensityConstraint
 
@@ -20,9 +21,9 @@ class BubbleAtRest(Problem):
     """The scene of :mod:`pysph_boiling.examples.bubble_rise` without buoyancy and without heat flow.
 
     The bubble has a radius of ``radius`` spacings in a tank that is ``cells`` spacings wide and high. ``strength`` is
-    the strength of cohesion in units of gravity, the scheme's default if not given; ``dt_factor`` is the time step over
-    t* = sqrt(spacing/g). The water settles for ``settle`` t*, then the bubble is inserted and observed for
-    ``duration`` t*.
+    the strength of the pair force of cohesion in units of gravity, the scheme's default if not given; ``dt_factor`` is
+    the time step over t* = sqrt(spacing/g). The water settles for ``settle`` t*, then the bubble is inserted and
+    observed for ``duration`` t*.
 
     Errors: ``speed``, root mean square of all particles over the last fifth of the time, over sqrt(g spacing);
     ``torn``, the fraction of the vapour outside its largest piece at the end.
@@ -43,12 +44,18 @@ class BubbleAtRest(Problem):
 
     SAMPLES: ClassVar[int] = 30
 
+    def sigma(self):
+        """Surface tension [N/m] of the strength asked for."""
+        if self.strength is None:
+            return None
+        return Cohesion.tension(9.81 * self.strength, dim=self.dim, spacing=self.spacing, rho0=WATER_1ATM.rho_l)
+
     def run(self):
         p = BubbleRiseParameters(dim=self.dim, spacing=self.spacing, width=self.cells, fill=self.cells, superheat=0.0)
         unit = math.sqrt(self.spacing / 9.81)
         scheme, fluid, stepper = still_water(
             p, dt_factor=self.dt_factor, settle=self.settle * unit, density=self.density,
-            buoyancy=Buoyancy(k_bubble=0.0), cohesion=Cohesion(strength=self.strength))
+            buoyancy=Buoyancy(k_bubble=0.0), cohesion=Cohesion(sigma=self.sigma()))
         place = positions(fluid)[:, :self.dim] / self.spacing - 0.5 * self.cells
         inside = np.linalg.norm(place, axis=1) < self.radius
         blow(fluid, inside)

@@ -144,33 +144,46 @@ class Cohesion(Effect):
     title: ClassVar[str] = "cohesion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
-    strength: float = param(None, "-", "strength of the attraction, in units of gravity; 5 in 2-D and 2 in 3-D if "
-                            "not given", low=0.0)
+    sigma: float = param(None, "N/m", "surface tension; that of the material if not given, but at least 4.1 (2-D) or "
+                         "3.0 (3-D) rho g spacing^2", low=0.0)
     radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
-    # Bounds of strength g dt^2/spacing: the attraction and the response of the density constraint do not balance
-    # exactly in a step, and the difference does work. Above the bounds a bubble at rest stirs the pool more and
-    # more (within 30 t* at .04 in 2-D and .015 in 3-D).
-    MAX_COHESION_NUMBER = MappingProxyType({2: 0.025, 3: 0.01})
+    # Surface tension over rho a_c spacing^2, where a_c is the strength of the pair force: Fowler's integral of the pair
+    # force across a surface.
+    TENSION: ClassVar[MappingProxyType] = MappingProxyType({2: 0.82, 3: 1.49})
+    # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings: with less, buoyancy
+    # tears apart what is a few particles wide.
+    RESOLVED: ClassVar[MappingProxyType] = MappingProxyType({2: 4.1, 3: 2.98})
+    STIFFNESS: ClassVar[MappingProxyType] = MappingProxyType({2: 5.0, 3: 20.0})  # of the pair force over a_c/spacing
 
-    def strength_in(self, scene):
-        return self.strength if self.strength is not None else {2: 5.0, 3: 2.0}[scene.dim]
+    @classmethod
+    def tension(cls, strength, *, dim, spacing, rho0):
+        """Surface tension [N/m] of a pair force of ``strength`` [m/s^2]; ``spacing`` in m, ``rho0`` in kg/m^3."""
+        return cls.TENSION[dim] * rho0 * strength * spacing**2
+
+    def properties(self, scene):
+        return tuple(Property(f"{name}_{axis}", "m", f"displacement by cohesion in this {part}")
+                     for name, part in (("pull", "sweep"), ("pulled", "step")) for axis in "xyz")
+
+    def sigma_in(self, scene):
+        """Surface tension [N/m]."""
+        if self.sigma is not None:
+            return self.sigma
+        return max(scene.material.sigma, self.RESOLVED[scene.dim] * scene.rho0 * scene.g * scene.spacing**2)
 
     def check(self, scene, arrays):
         if self.radius * scene.spacing > scene.support * (1.0 + 1e-9):
             raise ValueError(f"cohesion.radius must be <= {scene.support / scene.spacing:.3g} spacings (the support of "
                              f"the kernel), got {self.radius}")
 
-    def warnings(self, scene, dt):
-        number, bound = self.strength_in(scene) * scene.g * dt * dt / scene.spacing, self.MAX_COHESION_NUMBER[scene.dim]
-        if number > bound * (1.0 + 1e-9):
-            yield (f"cohesion.strength g dt^2/spacing = {number:.2g} is above {bound}, so bubbles at rest may "
-                   "stir the liquid; use a shorter time step or less cohesion")
-
     def terms(self, scene, fluid):
-        yield Term("forces.sum", cohesion.BubbleCohesion(
-            fluid, list(scene.fluids), strength=self.strength_in(scene) * scene.g,
-            radius=scene.bubble_radius(self.radius)))
+        unit = self.tension(1.0, dim=scene.dim, spacing=scene.spacing, rho0=scene.rho0)
+        yield Term("density.multiplier", cohesion.BubbleCohesion(
+            fluid, list(scene.fluids), strength=self.sigma_in(scene) / unit,
+            radius=scene.bubble_radius(self.radius), stiffness=self.STIFFNESS[scene.dim] / scene.spacing,
+            max_displacement=scene.effects["density"].max_displacement * scene.spacing))
+        yield Term("density.pull", cohesion.BubbleCohesionMove(fluid, None))
+        yield Term("forces.next", cohesion.BubbleCohesionReset(fluid, None))
 
 
 @dataclass(frozen=True, kw_only=True)

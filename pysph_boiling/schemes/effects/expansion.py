@@ -75,7 +75,7 @@ class Expansion(Effect):
 
     def terms(self, scene, fluid):
         rate = max(self.v_exp - 1.0, 0.1) / (self.ramp * scene.fall_time) if scene.g else 1.0
-        yield Term("forces.volume", expansion.BubbleSwell(
+        yield Term("forces.next", expansion.BubbleSwell(
             fluid, None, expanded=self.v_exp, rate=rate, vapour=self.rayleigh_plesset(scene) is None))
         yield Term("density.back", expansion.BubbleSwellBack(fluid, None, sense=-1.0))
         yield Term("density.left_over", expansion.BubbleSwellBack(fluid, None, sense=1.0))

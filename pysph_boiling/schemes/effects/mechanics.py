@@ -13,7 +13,7 @@ from pysph_boiling.schemes.stages import Term
 __all__ = ["MechanicalLedger", "WorkMeter"]
 
 FORCES = ("forces.sum", "forces.release")  # places whose terms are measured separately for each effect
-MOVES = ("density.contact", "density.move")  # the same for places whose terms move particles
+MOVES = ("density.contact", "density.pull", "density.move")  # the same for places whose terms move particles
 AXES = ("u", "v", "w")
 
 
@@ -43,10 +43,10 @@ class MechanicalLedger(Effect):
     requires: ClassVar[tuple[str, ...]] = ("density",)
     on_ranks: ClassVar[bool] = False
 
-    def owners(self, scene):
-        """The slots of the effects that accelerate the fluid, in the order of their terms."""
+    def owners(self, scene, places=FORCES):
+        """The slots of the effects with terms in ``places``, in the order of their terms: those that accelerate."""
         return [slot for slot, effect in scene.effects.items()
-                if any(term.place in FORCES for term in effect.terms(scene, scene.fluids[0]))]
+                if any(term.place in places for term in effect.terms(scene, scene.fluids[0]))]
 
     def parts(self, scene):
         """Name -> meaning of each part that is measured here, for the columns ``work_<part>``."""
@@ -55,8 +55,9 @@ class MechanicalLedger(Effect):
             parts["expansion"] = "work of vapour that swells or shrinks, p dV"
         if "container" in scene.effects:
             parts["container"] = "work of contacts with the container and projections into it"
-        parts.update({slot: f"work of the accelerations of '{slot}'" for slot in self.owners(scene)
-                      if slot != "density"})
+        for places, what in ((FORCES, "accelerations"), (MOVES, "displacements")):
+            parts.update({slot: f"work of the {what} of '{slot}'" for slot in self.owners(scene, places)
+                          if slot not in ("density", "container")})
         if "venting" in scene.effects:
             parts["vented"] = "kinetic energy removed by venting, negative"
         return parts

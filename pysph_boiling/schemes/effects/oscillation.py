@@ -175,7 +175,7 @@ class Oscillation(Effect):
 
     def hooks(self, scene):
         if self.form == "rayleigh_plesset":
-            return {"forces.volume": lambda arrays: self.advance_volumes(scene, arrays)}
+            return {"forces.next": lambda arrays: self.advance_volumes(scene, arrays)}
         return {}
 
     # --- on the host, one number per bubble ---------------------------------------------------------------------------
