@@ -24,7 +24,7 @@ __all__ = [
 
 
 class HostSum(Equation):
-    """Base of the sums that are made on the host before the loops of their group: ``run(array)`` makes them.
+    """Base of the sums that are made on the host before the loops of their group: ``run(array, dt)`` makes them.
 
     Source: ours. It has no kernel, so that PySPH compiles nothing for it. Reads and Writes are said at each sum.
     """
@@ -36,15 +36,16 @@ class HostSum(Equation):
         super().__init__(dest, sources)
 
     def py_initialize(self, dst, t, dt):
-        self.run(dst)
+        self.run(dst, dt)
 
 
 class PBFSweepsLean(HostSum):
     """The density sweeps of one fluid until its density error is small: multipliers, corrections, moves, container.
 
     Source, Reads, Writes and Limits are those of :class:`PBFDensity`, :class:`PBFBoundaryDensity`, :class:`PBFLambda`,
-    :class:`PBFPositionCorrection`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`, and
-    of the container. What those keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz) is not written.
+    :class:`PBFPositionCorrection`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`,
+    :class:`BubbleCohesion`, and of the container. What those keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz,
+    d_pull_x to d_pull_z) is not written.
     """
 
 

@@ -1,6 +1,6 @@
 /* The density sweeps in two loops over the particles: what PBFDensity, PBFBoundaryDensity, PBFLambda and, in the second
- * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated and the containers compute, where
- * all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
+ * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated, BubbleCohesion and the containers
+ * compute, where all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
  *
  * Sums over all particles are made block by block, in one order whatever the threads.
  */
@@ -18,6 +18,7 @@ typedef struct {
     double m, rho_rest, eps, omega, max_displacement, nudge;
     double depth, low[3], high[3];      /* box; of a cylinder low[2] and high[2] are its ends */
     double centre[2], radius;
+    double strength, reach, stiffness, dt;      /* of cohesion */
 } SweepModel;
 
 typedef struct {                        /* of the fluid */
@@ -26,6 +27,8 @@ typedef struct {                        /* of the fluid */
     double *rho, *lmbda, *compression, *left_over;
     int *limited, *contacts, *projected;                /* the last two: NULL without a container */
     const unsigned int *uid;
+    const int *phase;                                   /* NULL without cohesion */
+    double *pulled_x, *pulled_y, *pulled_z;
 } SweepFluid;
 
 typedef struct { Lanes x, y, z, outer, inner, gx, gy, gz, gg; } DensitySums;
@@ -171,6 +174,34 @@ static void contain(const SweepModel *p, const SweepFluid *fluid, long i, double
     }
 }
 
+/* Moves the vapour particle i by cohesion, from the place where the records have it and its neighbours. */
+static void pull(const SweepModel *p, const SweepFluid *fluid, const PairSource *own, long i, double feels) {
+    const double *here = own->records + 4*i, dt2 = p->dt*p->dt;
+    double ax = 0.0, ay = 0.0, az = 0.0;
+    for (int k = 0; k < own->count[i]; k++) {
+        const unsigned int j = own->begin[i][k];
+        if (fluid->phase[j] != VAPOUR) continue;
+        const double *there = own->records + 4l*j, dx = here[0] - there[0], dy = here[1] - there[1],
+                     dz = here[2] - there[2], r = sqrt(dx*dx + dy*dy + dz*dz), q = r / p->reach;
+        if (q >= 1.0) continue;
+        double f = 64.0 * (1.0 - q)*(1.0 - q)*(1.0 - q) * q*q*q;
+        f = (q <= 0.5 ? 2.0*f - 1.0 : f) * p->strength / larger(r, 1e-6 * p->reach);
+        ax -= f*dx; ay -= f*dy; az -= f*dz;
+    }
+    double f = feels / (1.0 + p->stiffness * p->strength * dt2);
+    double px = f * (dt2*ax - fluid->pulled_x[i]), py = f * (dt2*ay - fluid->pulled_y[i]),
+           pz = f * (dt2*az - fluid->pulled_z[i]);
+    const double size = sqrt(px*px + py*py + pz*pz);
+    if (size > p->max_displacement) {
+        f = p->max_displacement / size;
+        px *= f; py *= f; pz *= f;
+        fluid->limited[i] += 1;
+    }
+    fluid->pulled_x[i] += px; fluid->pulled_y[i] += py; fluid->pulled_z[i] += pz;
+    fluid->x[i] += px; fluid->y[i] += py; fluid->z[i] += pz;
+    fluid->sx[i] += px; fluid->sy[i] += py; fluid->sz[i] += pz;
+}
+
 /* Particles of block b: their corrections, applied. */
 PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
                          const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
@@ -205,6 +236,7 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
         if (fluid->qx) { fluid->qx[i] = d[0]; fluid->qy[i] = d[1]; fluid->qz[i] = d[2]; }
         fluid->x[i] = x + d[0]; fluid->y[i] = y + d[1]; fluid->z[i] = z + d[2];
         fluid->sx[i] += feels * d[0]; fluid->sy[i] += feels * d[1]; fluid->sz[i] += feels * d[2];
+        if (fluid->phase && fluid->phase[i] == VAPOUR) pull(p, fluid, own, i, feels);
         if (p->container != NO_CONTAINER) contain(p, fluid, i, feels);
     }
 }

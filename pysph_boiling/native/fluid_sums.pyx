@@ -23,6 +23,7 @@ cdef extern from "exchange.h" nogil:
         PairKernel kernel
         int container
         double m, rho_rest, eps, omega, max_displacement, nudge, depth, radius
+        double strength, reach, stiffness, dt
         double low[3]
         double high[3]
         double centre[2]
@@ -45,6 +46,10 @@ cdef extern from "exchange.h" nogil:
         int *contacts
         int *projected
         const unsigned int *uid
+        const int *phase
+        double *pulled_x
+        double *pulled_y
+        double *pulled_z
     void pack_records(long, const double *, const double *, const double *, const double *, double *)
     void pack_last(long, const double *, double *)
     void pair_kernel(PairKernel *, double, double, double, double, double)
@@ -221,7 +226,8 @@ cdef class DensitySweeps(FluidSums):
 
     ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
     on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
-    a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none.
+    a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2], radius
+    [m] and stiffness [1/m], or none.
 
     A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
     copied to them between the two, and after the second one.
@@ -230,7 +236,7 @@ cdef class DensitySweeps(FluidSums):
     cdef SweepFluid fluid
     cdef PairSource *walls
     cdef int n_walls
-    cdef bint carries
+    cdef bint carries, coheres
     cdef list wall_records
     cdef Records partial
 
@@ -238,7 +244,7 @@ cdef class DensitySweeps(FluidSums):
         free(self.walls)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
-                 bint carries=False, double depth=0.0, box=None, cylinder=None, **options):
+                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
         cdef SweepModel *p = &self.model
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
@@ -251,9 +257,12 @@ cdef class DensitySweeps(FluidSums):
         if cylinder:
             p.container = CYLINDER
             p.centre[0], p.centre[1], p.radius, p.low[2], p.high[2] = cylinder
+        self.coheres = cohesion is not None
+        if self.coheres:
+            p.strength, p.reach, p.stiffness = cohesion
 
-    def start(self, pa, lists, walls):
-        """Take up the fluid ``pa`` where it is now.
+    def start(self, pa, lists, walls, double dt):
+        """Take up the fluid ``pa`` where it is now, for sweeps of a step of ``dt`` [s].
 
         ``lists`` are those of its neighbours within it, ``walls`` pairs (array, lists of the fluid's neighbours there).
         """
@@ -264,7 +273,7 @@ cdef class DensitySweeps(FluidSums):
         cdef long n
         self.take_up(pa, lists)
         self.kept.append(walls)
-        self.model.m, self.model.kernel = self.m, self.kernel
+        self.model.m, self.model.kernel, self.model.dt = self.m, self.kernel, dt
         f.n = self.n
         f.x, f.y, f.z = data(pa, "x"), data(pa, "y"), data(pa, "z")
         f.sx, f.sy, f.sz = data(pa, "sx"), data(pa, "sy"), data(pa, "sz")
@@ -274,6 +283,10 @@ cdef class DensitySweeps(FluidSums):
         f.rho, f.lmbda, f.compression = data(pa, "rho"), data(pa, "lmbda"), data(pa, "compression")
         f.left_over, f.limited = data(pa, "left_over"), counter(pa, "limited")
         f.uid = &uid[0] if uid.shape[0] else NULL
+        f.phase = NULL
+        if self.coheres:
+            f.phase = counter(pa, "phase")
+            f.pulled_x, f.pulled_y, f.pulled_z = data(pa, "pulled_x"), data(pa, "pulled_y"), data(pa, "pulled_z")
         f.contacts = f.projected = NULL
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")

@@ -1,5 +1,5 @@
 """What the lean sums on the host run: arrays and neighbour lists of a step, handed to the compiled module."""
-from pysph_boiling.equations import container, density_constraint
+from pysph_boiling.equations import cohesion, container, density_constraint
 from pysph_boiling.equations.density_constraint import book_sweep
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.native import fluid_sums
@@ -9,7 +9,7 @@ __all__ = ["Forces", "Heat", "Labels", "Sweeps"]
 
 
 class Run:
-    """Base: ``self(pa)`` makes the sum of a step of the ``scheme`` for its fluid ``pa``, once the search has run."""
+    """Base: ``self(pa, dt)`` makes the sum of a step of ``dt`` [s] of the ``scheme`` for its fluid ``pa``."""
 
     def __init__(self, scheme):
         self.scheme = scheme
@@ -37,7 +37,7 @@ class Heat(Run):
         super().__init__(scheme)
         self.rho0 = conduction.rho0
 
-    def __call__(self, pa):
+    def __call__(self, pa, dt):
         self.native("Exchange").heat(pa, self.lists(pa.name, pa.name), self.rho0)
 
 
@@ -48,7 +48,7 @@ class Labels(Run):
         super().__init__(scheme)
         self.radius2 = hook.radius2
 
-    def __call__(self, pa):
+    def __call__(self, pa, dt):
         images = [copies.original for copies, _ in self.scheme.ghosts.images if copies.pa is pa]
         self.native("Labels").label(pa, self.lists(pa.name, pa.name), self.radius2, images[0] if images else ())
         pa.bubble_rounds[0] += 1.0
@@ -63,7 +63,7 @@ class Forces(Run):
         self.viscosity = viscosity.rate if viscosity else 0.0
         self.drag = drag.rate if drag else 0.0
 
-    def __call__(self, pa):
+    def __call__(self, pa, dt):
         self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.viscosity, self.drag, self.rho0,
                                          self.gravity)
 
@@ -88,22 +88,25 @@ class Sweeps(Run):
         if cylinder:
             self.options.update(depth=cylinder.depth, cylinder=(cylinder.cx, cylinder.cy, cylinder.radius,
                                                                 cylinder.bottom, cylinder.top))
+        pull = found.get(cohesion.BubbleCohesion)
+        if pull:
+            self.options.update(cohesion=(pull.strength, pull.radius, pull.stiffness))
         self.least, self.most = scheme.sweep_limits()
 
-    def start(self, pa):
-        """The sums, for the particles where they are now."""
+    def start(self, pa, dt):
+        """The sums, for the particles where they are now, in a step of ``dt`` [s]."""
         arrays = {array.name: array for array in self.scheme.integrator.nnps.particles}
         sweeps = self.native("DensitySweeps")
         sweeps.start(pa, self.lists(pa.name, pa.name),
-                     [(arrays[name], self.lists(pa.name, name)) for name in self.walls])
+                     [(arrays[name], self.lists(pa.name, name)) for name in self.walls], dt)
         return sweeps
 
-    def density(self, pa):
+    def density(self, pa, dt):
         """The density alone."""
-        self.start(pa).multipliers(0.0)
+        self.start(pa, dt).multipliers(0.0)
 
-    def __call__(self, pa):
-        sweeps, lmbda, refresh = self.start(pa), self.lmbda, self.scheme.ghosts.refresh
+    def __call__(self, pa, dt):
+        sweeps, lmbda, refresh = self.start(pa, dt), self.lmbda, self.scheme.ghosts.refresh
         n = max(ranks.total(float(pa.get_number_of_particles(True))), 1.0)
         done, last = 0, False
         while done < self.least or (done < self.most and not last):

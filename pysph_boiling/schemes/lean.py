@@ -4,6 +4,7 @@ from compyle.array import get_backend
 
 from pysph_boiling.equations.bubble_groups import BubbleCheck, BubbleHook, BubbleLabel, BubbleShortcut, BubbleSnap
 from pysph_boiling.equations.buoyancy import BubbleDrag
+from pysph_boiling.equations.cohesion import BubbleCohesion, BubbleCohesionMove
 from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
 from pysph_boiling.equations.density_constraint import (
     PBFBoundaryCorrection,
@@ -31,9 +32,9 @@ from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 
 __all__ = ["lean_terms", "why_general"]
 
-SWEEP_PLACES = ("density.multiplier", "density.correction", "density.move")
-IN_SWEEPS = {PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer, PBFCylinderContainer, PBFDensity, PBFLambda,
-             PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+SWEEP_PLACES = ("density.multiplier", "density.correction", "density.pull", "density.move")
+IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
+             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
 IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag)
 

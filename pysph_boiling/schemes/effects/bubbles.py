@@ -7,7 +7,7 @@ import numpy as np
 
 from pysph_boiling.equations import bubble_groups, buoyancy, cohesion
 from pysph_boiling.parallel import ranks
-from pysph_boiling.particles import Property
+from pysph_boiling.particles import Property, vector
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, any_vapour, param
 from pysph_boiling.schemes.stages import Term
 from pysph_boiling.schemes.vapour import join_labels
@@ -162,8 +162,8 @@ class Cohesion(Effect):
         return cls.TENSION[dim] * rho0 * strength * spacing**2
 
     def properties(self, scene):
-        return tuple(Property(f"{name}_{axis}", "m", f"displacement by cohesion in this {part}")
-                     for name, part in (("pull", "sweep"), ("pulled", "step")) for axis in "xyz")
+        return (*vector("pull_x pull_y pull_z", "m", "displacement by cohesion in this sweep"),
+                *vector("pulled_x pulled_y pulled_z", "m", "displacement by cohesion in this step"))
 
     def sigma_in(self, scene):
         """Surface tension [N/m]."""
