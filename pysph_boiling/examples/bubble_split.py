@@ -46,7 +46,7 @@ class BubbleSplit(BubbleRise):
     variants = {
         "demo": dict(width=18, fill=28, duration=0.2),
         "flat": dict(dim=2, spacing=0.002, width=28, fill=32, diameter=9.0, eddy_height=16.0, eddy_speed=10.0,
-                     cohesion_sigma=0.03, time_scaling=1000.0, duration=0.25),
+                     cohesion_sigma=0.02, time_scaling=1000.0, duration=0.25),
     }
 
     def make_scheme(self, p):

@@ -64,9 +64,9 @@ def test_bubbles_that_touch_merge_and_their_volumes_add():
 
 @pytest.mark.parametrize("dim, cells", [(2, 24), pytest.param(3, 14, marks=pytest.mark.slow)])
 def test_bubble_at_rest_stays_at_rest(dim, cells):
-    """Stronger cohesion, or a longer step, does work: 8 g in 2-D and 3 g in 3-D come to 1.1 and 0.5."""
-    errors = BubbleAtRest(dim=dim, cells=cells).run().errors
-    assert errors["speed"] < 0.2 and errors["torn"] == 0.0, errors
+    """At twice the default step, strong cohesion: .040 and .069. As a force of the start it came to 1.3 and tore."""
+    errors = BubbleAtRest(dim=dim, cells=cells, dt_factor=0.14, strength=10.0).run().errors
+    assert errors["speed"] < 0.12 and errors["torn"] == 0.0, errors
 
 
 def test_sheared_bubble_splits_and_a_still_one_does_not():
