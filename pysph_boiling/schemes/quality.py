@@ -2,9 +2,9 @@
 
 They were chosen from the fronts of ``pysph-boiling accuracy``, which also checks the errors that they promise, for
 columns of water at rest that are 20 particles high, and for boiling. In boiling the sweeps are a small part of a step,
-and boiling was calibrated with its length, so only "reference" has shorter steps;
-its neighbour lists have a skin, which saves time in short steps. No preset uses accelerated sweeps, which gain nothing
-below eight sweeps and add energy to sloshing water.
+and boiling was calibrated with its length, so only "reference" has shorter steps; its neighbour lists have a skin,
+which saves time in short steps. No preset uses accelerated sweeps, which gain nothing below eight sweeps and add energy
+to sloshing water.
 """
 from dataclasses import dataclass
 from types import MappingProxyType
