@@ -143,8 +143,8 @@ class LaplacePressure(Bubble):
 
     title: ClassVar[str] = "Laplace pressure"
     reference: ClassVar[str] = "(dim - 1) sigma/R: Laplace 1806"
-    settle: float = 4.0
-    samples: int = 100
+    settle: float = 3.0
+    samples: int = 60
 
     def run(self):
         stepper, fluid = self.start(lean=False)
