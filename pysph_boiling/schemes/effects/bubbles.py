@@ -149,8 +149,8 @@ class Cohesion(Effect):
     radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
     # Surface tension over rho a_c spacing^2, where a_c is the strength of the pair force: measured from the oscillation
-    # of bubbles and, in 2-D, the pressure in them (``pysph-boiling validate surface_tension``). Fowler's integral of the
-    # force across a flat surface is 0.82 and 1.49.
+    # of bubbles and, in 2-D, the pressure in them (``pysph-boiling validate surface_tension``). Fowler's integral of
+    # the force across a flat surface is 0.82 and 1.49.
     TENSION: ClassVar[MappingProxyType] = MappingProxyType({2: 0.57, 3: 0.95})
     # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings: with less, buoyancy
     # tears apart what is a few particles wide.
