@@ -64,7 +64,7 @@ def vessel(name, dim, changes, options, lean):
             values, n = array.get_npy_array(), fluid.get_number_of_particles()
             values[:] = random.uniform(0.5, 1.5, n) if values.dtype.kind == "f" else random.integers(0, 4, n)
     for prop in {"pulled_x", "pulled_y", "pulled_z"} & set(fluid.properties):
-        fluid.get(prop)[20:] *= 1e-5  # what cohesion moves in a step; the first ones run into the limit
+        fluid.get(prop)[20:] *= 1e-3  # what cohesion moves in a step; the first ones run into the limit
     for prop in ("u", "v", "w"):
         fluid.get(prop)[:] = random.normal(size=len(fluid.x))
     return Stepper(made, arrays, dt=1e-3)
@@ -77,6 +77,7 @@ def after(stepper, stage):
     constants = {name: values.get_npy_array().copy() for name, values in fluid.constants.items()}
     if stage == "density":
         stepper.solver.integrator.density(1e-3)
+        stepper.solver.integrator.c_integrator.dt = 0.01  # s; cohesion moves by some tenths of a spacing
         fluid.prior[:] = PRIOR
     stepper.run_stage(stage)
     found = {name: fluid.get(name).copy() for name in begin if name not in WITHIN}

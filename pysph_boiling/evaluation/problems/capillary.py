@@ -26,17 +26,19 @@ from pysph_boiling.schemes.effects import (
 __all__ = ["BubbleShape", "LaplacePressure"]
 
 
-def swing(t, size, omega, rate):
-    """x'' + 2 ``rate`` x' + ``omega``^2 x = 0 from x = ``size`` at rest; ``rate`` < ``omega``."""
+def swing(t, omega, rate):
+    """x'' + 2 ``rate`` x' + ``omega``^2 x = 0 from x = 1 at rest; ``rate`` < ``omega``."""
     damped = np.sqrt(np.maximum(omega**2 - rate**2, 1e-12))
-    return size * np.exp(-rate * t) * (np.cos(damped * t) + rate / damped * np.sin(damped * t))
+    return np.exp(-rate * t) * (np.cos(damped * t) + rate / damped * np.sin(damped * t))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bubble(Problem):
     """Base: a bubble of ``radius`` [m] in liquid of the same density, in a periodic box without gravity.
 
-    The box has a length of ``box`` radii. The time step is ``step`` sqrt(rho spacing^3/sigma).
+    The box has a length of ``box`` radii. The time step is ``step`` sqrt(rho spacing^3/sigma). Each of the ``starts``
+    runs begins with another disturbance of the lattice, by up to ``jitter`` spacings, from seeds that begin with
+    ``seed``.
     """
 
     dim: int = 2
@@ -46,13 +48,18 @@ class Bubble(Problem):
     box: float = 5.0
     jitter: float = 0.2
     seed: int = 1
+    starts: int = 3
     step: float = 0.1
     density: DensityConstraint = DensityConstraint()
 
-    def start(self, stretch=1.0, lean=True):
-        """A bubble ``stretch`` times as long along x as across, at rest: (stepper, fluid, its mask of vapour)."""
-        n, dim = round(self.box * self.radius / self.spacing), self.dim
-        size = n * self.spacing
+    @property
+    def size(self):
+        """Length of the box [m]."""
+        return round(self.box * self.radius / self.spacing) * self.spacing
+
+    def start(self, seed, stretch=1.0, lean=True):
+        """A bubble at rest, ``stretch`` times the radius long along x and shorter across: (stepper, fluid)."""
+        dim, size = self.dim, self.size
         far = (9.0 * size,) * 3
         scheme = BoilingScheme(
             ["fluid"], ["wall"], dim=dim, spacing=self.spacing, gravity=(0.0,) * 3, density=self.density,
@@ -61,7 +68,7 @@ class Bubble(Problem):
             lean=lean)
         common = dict(spacing=self.spacing, dim=dim, rho0=scheme.rho0)
         corner = np.array([size] * dim + [0.0] * (3 - dim))
-        fluid = fluid_block((0.0,) * 3, corner, jitter=self.jitter, seed=self.seed, **common)
+        fluid = fluid_block((0.0,) * 3, corner, jitter=self.jitter, seed=seed, **common)
         wall = fluid_block((0.0,) * 3, 2.0 * self.spacing * (corner > 0.0), name="wall", **common)
         wall.m[:] = 0.0  # the box has no walls, but the compiled equations need an array
         scheme.setup_properties([fluid, wall])
@@ -74,23 +81,31 @@ class Bubble(Problem):
         fluid.phase[vapour], fluid.e[vapour], fluid.T[vapour] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
         return stepper, fluid
 
-    @staticmethod
-    def place(fluid, size, dim):
+    def nearest(self, d):
+        """Vectors (n, dim) [m] to the nearest images."""
+        return (d + 0.5 * self.size) % self.size - 0.5 * self.size
+
+    def place(self, fluid):
         """Positions (n, dim) of the vapour [m], in one piece where it leaves the box."""
-        x = positions(fluid)[fluid.phase == Phase.VAPOUR][:, :dim]
-        x = x[0] + (x - x[0] + 0.5 * size) % size - 0.5 * size
-        return x
+        x = positions(fluid)[fluid.phase == Phase.VAPOUR][:, :self.dim]
+        return x[0] + self.nearest(x - x[0])
+
+    def equivalent_radius(self, fluid):
+        """Radius [m] of a disc or ball with the volume of the vapour."""
+        n = np.count_nonzero(fluid.phase == Phase.VAPOUR)
+        return self.spacing * (math.sqrt(n / math.pi) if self.dim == 2 else math.cbrt(0.75 * n / math.pi))
 
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleShape(Bubble):
-    """A bubble that is ``stretch`` times as long as wide oscillates between prolate and oblate, for ``periods``.
+    """A bubble that starts longer along x than across (``stretch`` radii) oscillates for ``periods``.
 
-    A damped oscillation is fitted to the difference of its second moments over their sum.
+    A damped oscillation is fitted to the difference of its second moments over their sum, relative to the start: the
+    mean of all starts.
 
     Errors: ``frequency``, that of the undamped oscillation over theory, minus 1; ``unexplained``, the standard
-    deviation of the residual of the fit over that of the shape; ``momentum``, that of all particles over mass times
-    sqrt(sigma/(rho R)). Fact: ``damping``, the damping ratio.
+    deviation of the residual of the fit over that of the shape; ``momentum``, the largest of all particles over mass
+    times sqrt(sigma/(rho R)). Fact: ``damping``, the damping ratio.
     """
 
     title: ClassVar[str] = "oscillating bubble"
@@ -100,34 +115,34 @@ class BubbleShape(Bubble):
     stretch: float = 1.2
     periods: float = 1.0
 
-    def theory(self, n):
-        """Angular frequency [1/s] of the bubble of ``n`` particles."""
-        if self.dim == 2:
-            return math.sqrt(3.0 * self.sigma / WATER_1ATM.rho_l / (math.sqrt(n / math.pi) * self.spacing)**3)
-        return math.sqrt(4.8 * self.sigma / WATER_1ATM.rho_l / (3.0 * n / (4.0 * math.pi)) / self.spacing**3)
-
     def run(self):
-        stepper, fluid = self.start(self.stretch)
-        size = round(self.box * self.radius / self.spacing) * self.spacing
-        omega = self.theory(int(np.count_nonzero(fluid.phase == Phase.VAPOUR)))
-        t, shape, every = [], [], max(1, round(2.0 * math.pi / omega / stepper.dt / 60))
-        while stepper.t < self.periods * 2.0 * math.pi / omega:
-            x = self.place(fluid, size, self.dim)
-            moments = np.mean((x - x.mean(0))**2, axis=0)
-            across = np.mean(moments[1:])
-            t.append(stepper.t * omega)
-            shape.append((moments[0] - across) / (moments[0] + (self.dim - 1) * across))
-            stepper.step(every)
-        t, shape = np.array(t), np.array(shape)
-        fit = curve_fit(swing, t, shape, p0=(shape[0], 1.0, 0.1))[0]
-        left = shape - swing(t, *fit)
-        momentum = np.linalg.norm([np.sum(fluid.m * fluid.get(name)) for name in "uvw"]) / fluid.m.sum()
+        runs = [self.one(self.seed + start) for start in range(self.starts)]
+        t = np.linspace(0.0, 2.0 * math.pi * self.periods, 120)
+        shape = np.mean([np.interp(t, *run["curve"]) for run in runs], axis=0)
+        (omega, rate), _ = curve_fit(swing, t, shape, p0=(1.0, 0.3))
+        fit = swing(t, omega, rate)
         return Outcome(
-            errors=dict(frequency=float(abs(fit[1]) - 1.0), unexplained=float(np.std(left) / np.std(shape)),
-                        momentum=float(momentum / math.sqrt(self.sigma / (WATER_1ATM.rho_l * self.radius)))),
-            seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x),
-            curves={"t omega [-]": t, "shape [-]": shape, "fit [-]": swing(t, *fit)},
-            facts=dict(damping=float(fit[2] / abs(fit[1]))))
+            errors=dict(frequency=float(abs(omega) - 1.0), unexplained=float(np.std(shape - fit) / np.std(shape)),
+                        momentum=max(run["momentum"] for run in runs)),
+            seconds=sum(run["seconds"] for run in runs), simulated=sum(run["simulated"] for run in runs),
+            steps=sum(run["steps"] for run in runs), particles=runs[0]["particles"],
+            curves={"t omega [-]": t, "shape [-]": shape, "fit [-]": fit}, facts=dict(damping=float(rate / abs(omega))))
+
+    def one(self, seed):
+        """Run one start; times are in units of theory."""
+        stepper, fluid = self.start(seed, self.stretch)
+        unit = math.sqrt(WATER_1ATM.rho_l * self.equivalent_radius(fluid)**3 / self.sigma)
+        omega = math.sqrt(3.0 if self.dim == 2 else 4.8) / unit
+        t, shape, every = [], [], max(1, round(2.0 * math.pi / omega / stepper.dt / 60))
+        while not t or t[-1] < 2.0 * math.pi * self.periods:
+            x = self.place(fluid)
+            along, *across = np.var(x, axis=0)
+            t.append(stepper.t * omega)
+            shape.append((along - np.mean(across)) / (along + np.sum(across)))
+            stepper.step(every)
+        momentum = np.linalg.norm([np.sum(fluid.m * fluid.get(name)) for name in "uvw"]) / fluid.m.sum()
+        return dict(curve=(t, np.array(shape) / shape[0]), momentum=float(momentum * unit / self.radius),
+                    seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +153,7 @@ class LaplacePressure(Bubble):
     the density constraint and of cohesion, over particles of the bubble that are farther than the range of cohesion
     from its surface, and over the liquid that is as far from it.
 
-    Error: ``pressure``, the difference over theory, minus 1. Facts: ``difference`` and ``theory`` [Pa].
+    Error: ``pressure``, the mean difference over theory, minus 1. Facts: ``found``, the differences over theory.
     """
 
     title: ClassVar[str] = "Laplace pressure"
@@ -147,40 +162,39 @@ class LaplacePressure(Bubble):
     samples: int = 60
 
     def run(self):
-        stepper, fluid = self.start(lean=False)
-        size, dx = round(self.box * self.radius / self.spacing) * self.spacing, self.spacing
-        scheme = stepper.scheme
+        runs = [self.one(self.seed + start) for start in range(self.starts)]
+        found = [run["found"] for run in runs]
+        return Outcome(
+            errors=dict(pressure=float(np.mean(found) - 1.0)), seconds=sum(run["seconds"] for run in runs),
+            simulated=sum(run["simulated"] for run in runs), steps=sum(run["steps"] for run in runs),
+            particles=runs[0]["particles"], facts=dict(found=found))
+
+    def one(self, seed):
+        """Run one start."""
+        stepper, fluid = self.start(seed, lean=False)
+        scheme, radius = stepper.scheme, self.equivalent_radius(fluid)
         equations = {type(term.equation).__name__: term.equation for term in scheme.terms()}
         cohesion, rho_rest = equations["BubbleCohesion"], equations["PBFLambda"].rho_rest
-        radius = dx * (math.sqrt(np.sum(fluid.phase == Phase.VAPOUR) / math.pi) if self.dim == 2 else math.cbrt(
-            0.75 / math.pi * np.sum(fluid.phase == Phase.VAPOUR)))
         stepper.step(math.ceil(self.settle * math.sqrt(scheme.rho0 * radius**3 / self.sigma) / stepper.dt))
         (move,) = (group for stage in stepper.equations.groups for block in stage for group in block.equations
                    if group.name == "density_move")
-        impulse, found = np.zeros(len(fluid.x)), []
+        impulse, found = np.zeros(len(fluid.x)), []  # the sum of the multipliers of a step
         move.post.append(lambda: np.add(impulse, self.density.omega * fluid.lmbda, out=impulse))
         for _ in range(self.samples):
             impulse[:] = 0.0
             stepper.step()
-            x, vapour = positions(fluid)[:, :self.dim] % size, fluid.phase == Phase.VAPOUR
-            pressure = self.virial(x, vapour, fluid, impulse, scheme, cohesion, rho_rest, stepper.dt, size)
-            own = self.place(fluid, size, self.dim)
-            r = np.linalg.norm((x - own.mean(0) + 0.5 * size) % size - 0.5 * size, axis=1)
-            inside, outside = vapour & (r < radius - cohesion.radius), r > radius + cohesion.radius
+            pressure = self.virial(fluid, impulse, scheme, cohesion, rho_rest, stepper.dt)
+            r = np.linalg.norm(self.nearest(positions(fluid)[:, :self.dim] - self.place(fluid).mean(0)), axis=1)
+            inside, outside = r < radius - cohesion.radius, r > radius + cohesion.radius
             found.append(pressure[inside].mean() - pressure[outside].mean())
-        difference = float(np.mean(found))
-        theory = (self.dim - 1) * self.sigma / radius
-        return Outcome(
-            errors=dict(pressure=difference / theory - 1.0), seconds=stepper.seconds, simulated=stepper.t,
-            steps=stepper.solver.count, particles=len(fluid.x),
-            facts=dict(difference=difference, theory=theory))
+        return dict(found=float(np.mean(found) * radius / (self.sigma * (self.dim - 1))), seconds=stepper.seconds,
+                    simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x))
 
-    def virial(self, x, vapour, fluid, impulse, scheme, cohesion, rho_rest, dt, size):
+    def virial(self, fluid, impulse, scheme, cohesion, rho_rest, dt):
         """Pressure [Pa] (n,) on each particle, sum_j F_ij . (x_i - x_j)/(2 dim V)."""
-        pairs = cKDTree(x, boxsize=size).query_pairs(2.0 * fluid.h[0], output_type="ndarray")
-        i, j = pairs.T
-        d = (x[i] - x[j] + 0.5 * size) % size - 0.5 * size
-        r, m, h = np.linalg.norm(d, axis=1), fluid.m[0], fluid.h[0]
+        x, vapour = positions(fluid)[:, :self.dim] % self.size, fluid.phase == Phase.VAPOUR
+        i, j = cKDTree(x, boxsize=self.size).query_pairs(2.0 * fluid.h[0], output_type="ndarray").T
+        r, m, h = np.linalg.norm(self.nearest(x[i] - x[j]), axis=1), fluid.m[0], fluid.h[0]
         table = np.linspace(0.0, 2.0 * h, 2001)
         slope = np.interp(r, table, [scheme.kernel.dwdq(one, h) / h for one in table])
         force = m * (impulse[i] + impulse[j]) * slope / (rho_rest * dt**2)
