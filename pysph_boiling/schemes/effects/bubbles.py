@@ -145,16 +145,16 @@ class Cohesion(Effect):
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "bubbles hold together")
     sigma: float = param(None, "N/m", "surface tension; if not given that of the material, but at least 2.85 (2-D) or "
-                         "1.9 (3-D) rho g spacing^2", low=0.0)
+                         "4.75 (3-D) rho g spacing^2", low=0.0)
     radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
     # Surface tension over rho a_c spacing^2, where a_c is the strength of the pair force: measured from the oscillation
     # of bubbles and, in 2-D, the pressure in them (``pysph-boiling validate surface_tension``). Fowler's integral of
     # the force across a flat surface is 0.82 and 1.49.
     TENSION: ClassVar[MappingProxyType] = MappingProxyType({2: 0.57, 3: 0.95})
-    # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings: with less, buoyancy
-    # tears apart what is a few particles wide.
-    RESOLVED: ClassVar[MappingProxyType] = MappingProxyType({2: 2.85, 3: 1.9})
+    # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings, with which a_c is 5 g:
+    # with less, bubbles hang on stalks and flatten to bars (in 3-D also at 2 g).
+    RESOLVED: ClassVar[MappingProxyType] = MappingProxyType({2: 2.85, 3: 4.75})
     STIFFNESS: ClassVar[MappingProxyType] = MappingProxyType({2: 5.0, 3: 20.0})  # of the pair force over a_c/spacing
 
     @classmethod
