@@ -152,8 +152,8 @@ class Cohesion(Effect):
     # of bubbles and, in 2-D, the pressure in them (``pysph-boiling validate surface_tension``). Fowler's integral of
     # the force across a flat surface is 0.82 and 1.49.
     TENSION: ClassVar[MappingProxyType] = MappingProxyType({2: 0.57, 3: 0.95})
-    # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings, with which a_c is 5 g:
-    # with less, bubbles hang on stalks and flatten to bars (in 3-D also at 2 g).
+    # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings. It makes a_c 5 g: at
+    # 2 g in 3-D bubbles hang on stalks before they depart.
     RESOLVED: ClassVar[MappingProxyType] = MappingProxyType({2: 2.85, 3: 4.75})
     STIFFNESS: ClassVar[MappingProxyType] = MappingProxyType({2: 5.0, 3: 20.0})  # of the pair force over a_c/spacing
 
