@@ -101,7 +101,7 @@ class BubbleShape(Bubble):
     """A bubble that starts longer along x than across (``stretch`` radii) oscillates for ``periods``.
 
     A damped oscillation is fitted to the difference of its second moments over their sum, relative to the start: the
-    mean of all starts.
+    median of all starts, since a lattice may jam.
 
     Errors: ``frequency``, that of the undamped oscillation over theory, minus 1; ``unexplained``, the standard
     deviation of the residual of the fit over that of the shape; ``momentum``, the largest of all particles over mass
@@ -118,8 +118,8 @@ class BubbleShape(Bubble):
     def run(self):
         runs = [self.one(self.seed + start) for start in range(self.starts)]
         t = np.linspace(0.0, 2.0 * math.pi * self.periods, 120)
-        shape = np.mean([np.interp(t, *run["curve"]) for run in runs], axis=0)
-        (omega, rate), _ = curve_fit(swing, t, shape, p0=(1.0, 0.3))
+        shape = np.median([np.interp(t, *run["curve"]) for run in runs], axis=0)
+        (omega, rate), _ = curve_fit(swing, t, shape, p0=(1.0, 0.3), bounds=((0.3, 0.0), (2.0, 0.9)))
         fit = swing(t, omega, rate)
         return Outcome(
             errors=dict(frequency=float(abs(omega) - 1.0), unexplained=float(np.std(shape - fit) / np.std(shape)),

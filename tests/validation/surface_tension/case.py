@@ -10,7 +10,6 @@ def run(quick):
                                                                     ("pressure", LaplacePressure))}
     fine = dict(spacing=0.001 / 1.5)
     return {"shape": BubbleShape().run(), "shape_fine": BubbleShape(**fine).run(),
-            "shape_3d": BubbleShape(dim=3, radius=0.006, box=4.0, starts=1).run(),
             "pressure": LaplacePressure().run(), "pressure_fine": LaplacePressure(**fine).run()}
 
 
