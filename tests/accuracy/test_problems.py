@@ -7,7 +7,7 @@ import pytest
 
 from pysph_boiling.evaluation.problems.bubble_rise import BubbleRise
 from pysph_boiling.evaluation.problems.dam_break import DamBreak
-from pysph_boiling.evaluation.problems.drift import PeriodicBox, SloshingTank
+from pysph_boiling.evaluation.problems.drift import PeriodicBox, SloshingTank, StillWater
 from pysph_boiling.evaluation.problems.hydrostatic import HydrostaticColumn, compression, nearest
 from pysph_boiling.particles import fluid_block, wall_array
 from pysph_boiling.schemes.effects import DensityConstraint
@@ -22,6 +22,7 @@ SMALLEST = {
                                                  pairs=0.4)),
     "dam break": (DamBreak(layers=8), dict(front=0.15, density_mean=0.005, density_max=0.1)),
     "sloshing": (SloshingTank(cells=16, settle=6.0), dict(gain=0.02, loss=0.9, period=0.05)),
+    "still water": (StillWater(cells=8, duration=20.0), dict(speed=0.04, difference=1e-8)),
     "periodic box": (PeriodicBox(cells=8, steps=40), dict(momentum=1e-13, mass=0.0)),
 }
 

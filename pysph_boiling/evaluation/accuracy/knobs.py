@@ -277,6 +277,19 @@ def sloshing(quick):
     }, trends=(Trend("spacing", "cells", tuple(along("cells", 20, 40, 80)), finer="larger"),))
 
 
+def still_water(quick):
+    from pysph_boiling.evaluation.problems.drift import StillWater
+
+    what, flat = "speed of water at rest, over sqrt(g dx)", dict(dim=2, cells=24)
+    if quick:
+        return Study("still_water", StillWater(dim=2, cells=12, duration=20.0), "speed", what, {}, presets=False)
+    return Study("still_water", StillWater(duration=60.0), "speed", what, {
+        "steps and sweeps": together(along("dt_factor", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
+        "under-relaxation": along("density.omega", 0.3, 0.7), "kernel": [{"hdx": 1.0}, {**QUINTIC, "hdx": 1.2}],
+        "2-D": [flat, *together([flat], fixed_sweeps(2, 4))],
+    })
+
+
 def momentum(quick):
     from pysph_boiling.evaluation.problems.drift import PeriodicBox
 
@@ -343,8 +356,8 @@ def boiling_rate(quick):
 #: key -> function of ``quick`` that gives the :class:`Study`
 STUDIES = {
     "hydrostatic_2d": lambda quick: hydrostatic(2, quick), "hydrostatic_3d": lambda quick: hydrostatic(3, quick),
-    "dam_break": dam_break, "dam_break_itself": dam_break_itself, "sloshing": sloshing, "momentum": momentum,
-    "bubble_rise": bubble_rise, "bubble_at_rest": bubble_at_rest,
+    "dam_break": dam_break, "dam_break_itself": dam_break_itself, "sloshing": sloshing, "still_water": still_water,
+    "momentum": momentum, "bubble_rise": bubble_rise, "bubble_at_rest": bubble_at_rest,
     "conduction": conduction, "fourier": fourier, "stefan": stefan, "growth": growth,
     "boiling_rate": boiling_rate,
 }

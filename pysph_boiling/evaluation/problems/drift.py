@@ -1,4 +1,4 @@
-"""Conservation: the energy of sloshing water must not grow, and the momentum of a periodic box must stay constant."""
+"""Drift: still water must come to rest, the energy of sloshing water must not grow, and momentum must stay constant."""
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -9,12 +9,12 @@ from pysph.base.nnps import DomainManager
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import box_vessel, fluid_block
+from pysph_boiling.particles import box_vessel, fluid_block, positions
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
 
-__all__ = ["PeriodicBox", "SloshingTank"]
+__all__ = ["PeriodicBox", "SloshingTank", "StillWater"]
 
 GRAVITY = 9.81
 
@@ -135,3 +135,71 @@ class PeriodicBox(Problem):
         return Outcome(
             errors=dict(momentum=worst, mass=abs(float(fluid.m.sum() / mass) - 1.0)), seconds=stepper.seconds,
             simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StillWater(Problem):
+    """A lattice of water is released in an open tank and comes to rest, twice: the second time slightly disturbed.
+
+    The tank is ``cells`` spacings wide and filled to the same height; ``dt_factor`` is the time step over
+    t* = sqrt(spacing/g). The water is observed for ``duration`` t*. At the start of the second run its particles are
+    displaced by up to ``disturbance`` spacings.
+
+    Errors: ``speed``, root mean square over sqrt(g spacing), the mean over the last fifth of the time; ``difference``,
+    the largest distance of a particle in the two runs at the end, in spacings. Facts: ``sweeps`` per step; ``density``,
+    the mean density error as reported by the sweeps, over the last fifth of the time.
+    """
+
+    title: ClassVar[str] = "still water"
+    reference: ClassVar[str] = "water at rest stays at rest, and a small disturbance stays small"
+    dim: int = 3
+    cells: int = 14
+    spacing: float = 0.004
+    dt_factor: float = 0.07
+    kernel: str = "CubicSpline"
+    hdx: float = 1.2
+    density: DensityConstraint = field(default_factory=DensityConstraint)
+    viscosity: XSPHViscosity | None = field(default_factory=XSPHViscosity)
+    duration: float = 40.0
+    disturbance: float = 1e-14
+
+    SAMPLES: ClassVar[int] = 40
+
+    def release(self, disturbance):
+        """Stepper of the tank whose particles are displaced by up to ``disturbance`` spacings, and the fluid."""
+        flat, size = [0.0] * (3 - self.dim), self.cells * self.spacing
+        lower, upper = (0.0, 0.0, 0.0), (*[size] * (self.dim - 1), 1.3 * size, *flat)
+        scheme = BoilingScheme(
+            ["fluid"], ["wall"], dim=self.dim, spacing=self.spacing, hdx=self.hdx, material=WATER_1ATM,
+            kernel=getattr(kernels, self.kernel)(dim=self.dim), density=self.density,
+            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity)
+        common = dict(spacing=self.spacing, dim=self.dim, rho0=scheme.rho0, hdx=self.hdx)
+        fluid = fluid_block(lower, (*[size] * self.dim, *flat), jitter=0.01, **common)
+        moves = disturbance * self.spacing * np.random.default_rng(1).uniform(-1.0, 1.0, (self.dim, len(fluid.x)))
+        for axis, move in zip("xyz", moves):
+            fluid.get(axis)[:] += move
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
+        scheme.setup_properties([fluid, wall])
+        return Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor)), fluid
+
+    def run(self):
+        (stepper, fluid), (other, disturbed) = self.release(0.0), self.release(self.disturbance)
+        every = max(1, round(self.duration / self.SAMPLES / self.dt_factor))
+        t, speed, difference, sweeps, density = [], [], [], [], []
+        for _ in range(self.SAMPLES):
+            for _ in range(every):
+                stepper.step()
+                sweeps.append(fluid.sweeps[1])
+                density.append(fluid.density_error[0])
+            other.step(every)
+            t.append(stepper.t / math.sqrt(self.spacing / GRAVITY))
+            speed.append(math.sqrt(np.mean(fluid.u**2 + fluid.v**2 + fluid.w**2) / (GRAVITY * self.spacing)))
+            places = [positions(pa)[np.argsort(pa.uid)] for pa in (fluid, disturbed)]
+            difference.append(float(np.abs(places[0] - places[1]).max()) / self.spacing)
+        last = self.SAMPLES // 5
+        return Outcome(
+            errors=dict(speed=float(np.mean(speed[-last:])), difference=difference[-1]),
+            seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x),
+            curves={"t/t* [-]": np.array(t), "speed/√(g dx) [-]": np.array(speed), "difference/dx [-]": np.array(
+                difference)},
+            facts=dict(sweeps=float(np.mean(sweeps)), density=float(np.mean(density[-last * every:]))))
