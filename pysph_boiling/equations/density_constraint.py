@@ -28,17 +28,29 @@ __all__ = [
 ]
 
 
+FEWER = 0.7  # of the tolerance: what the error must stay below with a pair of sweeps less
+
+
 def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
     """Count a sweep of the array ``dst``, keep its errors, and tell whether it was the last one: bool.
 
     ``mean`` and ``worst`` [-] are over all particles, ``left`` is the mean of what is to be worked off; the others are
-    parameters of :class:`PBFLambda`.
+    parameters of :class:`PBFLambda`. Sweeps come in pairs, since a single one can change the sign of a wave's error.
+    The number of sweeps sets how much the water is compressed at rest, and so it must not vary there: a step begins
+    with as many as the last one, or with a pair less if the error, which is inversely proportional to their number,
+    stays well below the tolerance.
     """
     dst.density_error[0], dst.density_error[1] = mean, worst
     dst.sweeps[0] += 1.0
     dst.sweeps[1] += 1.0
     left = left / dst.prior[2]
-    return left <= tolerance or (dst.sweeps[0] >= sweeps and left <= most)
+    n, first = dst.sweeps[0], dst.sweeps[0] == dst.sweeps[1]  # the first run in this step
+    if n % 2.0 or (first and n < min(dst.sweeps[2], sweeps)) or not (
+            left <= tolerance or (n >= sweeps and left <= most)):
+        return False
+    if first:
+        dst.sweeps[2] = n if left * n > FEWER * tolerance * (n - 2.0) else n - 2.0
+    return True
 
 
 class PBFDensity(Equation):
@@ -273,7 +285,8 @@ class PBFLambda(Equation):
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
     ``prior`` [-] (p first).
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
-    ``sweeps`` (count in this run of the stage, in this step) [-].   Needs   PBFDensity in the same group.
+    ``sweeps`` (count in this run of the stage, in this step, least in the next step) [-].
+    Needs    PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or max_mean_error <= 0.
     Limits   The stiffness depends on the number of sweeps. The error is measured before the correction of the sweep.
     """

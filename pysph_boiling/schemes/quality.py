@@ -39,7 +39,7 @@ def column(error):
 
 
 QUALITIES = MappingProxyType({
-    "draft": Quality(dt_factor=0.07, density=DensityConstraint(max_sweeps=3, tolerance=1e-2),
+    "draft": Quality(dt_factor=0.07, density=DensityConstraint(max_sweeps=4, tolerance=1e-2),
                      stated=column(0.015), cost=0.8),
     "standard": Quality(dt_factor=0.07, density=DensityConstraint(),
                         stated=column(0.005) | {("dam_break", "front"): 0.1}, cost=1.0),

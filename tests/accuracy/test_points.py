@@ -88,7 +88,7 @@ def test_a_point_is_run_once_whatever_asks_for_it():
         ({}, ["default settings", "a"]), ({"h": 0.5}, ["a", "b"])]
     assert one.problems() == [Toy(), Toy(h=0.5)]
     presets = {changed(Toy(), quality.settings()) for quality in QUALITIES.values()}
-    assert set(study(knobs={"omega": along("density.omega", 0.7)}).problems()) == {Toy()} | presets
+    assert set(study(knobs={"eps": along("density.eps", 0.1)}).problems()) == {Toy()} | presets
     assert set(study().problems()) == {Toy(), Toy(h=0.5), Toy(h=0.25)} | presets
 
 

@@ -177,9 +177,9 @@ def test_no_particle_moves_far_in_a_step(speed, pull, parts):
     assert limits.substeps([fluid], motion.time_step()) == parts
 
 
-@pytest.mark.parametrize(("most", "sweeps"), [(10.0, [1]), (1e-3, range(2, 10)), (1e-9, [10])])
+@pytest.mark.parametrize(("most", "sweeps"), [(10.0, [2]), (1e-3, range(4, 11)), (1e-9, [10])])
 def test_sweeps_go_on_while_the_error_stays_large(most, sweeps):
-    """One sweep is asked for; ten times as many are the end."""
+    """One sweep is asked for, which makes a pair; ten times as many are the end."""
     stepper = Stepper(*dam(min_sweeps=1, max_sweeps=1, tolerance=0.0, max_mean_error=most))
     stepper.step(40)
     fluid = stepper.arrays["fluid"]
@@ -273,13 +273,13 @@ def test_what_a_run_warns_of_is_told_once_and_plainly(tmp_path, capfd, monkeypat
 @host_only
 def test_lists_with_a_skin_are_kept_and_change_nothing():
     """Until round-off has grown: the same neighbours count, whatever the list holds beside them."""
-    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=3, max_sweeps=3, settle=0)
+    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=4, max_sweeps=4, settle=0)
                    for skin in (0.0, 0.3))
     start = fresh.arrays["fluid"].x.copy(), fresh.arrays["fluid"].y.copy()
     fresh.step(60)
     kept.step(60)
     searches = fresh.solver.integrator.searches, kept.solver.integrator.searches
-    assert searches[0] == 60 and 2 <= searches[1] <= 30, searches  # some are kept, and some made anew
+    assert searches[0] == 60 and 2 <= searches[1] <= 40, searches  # some are kept, and some made anew
     moved = np.hypot(fresh.arrays["fluid"].x - start[0], fresh.arrays["fluid"].y - start[1]).max()
     assert moved > 0.5 * DX
     for name in "xy":

@@ -183,7 +183,7 @@ def test_multipliers_add_up_as_displacements_do(accelerated):
     for name, value in constants.items():
         fluid.add_constant(name, value)
     scene = SimpleNamespace(gravity=(0.0,) * 3, rho0=WATER.rho_l,
-                            effects={"density": DensityConstraint(), "expansion": Expansion()})
+                            effects={"density": DensityConstraint(omega=0.7), "expansion": Expansion()})
     meter = WorkMeter(SimpleNamespace(owners=lambda scene: []), scene, [fluid])
     random, corrections = np.random.default_rng(5), []
     for felt in (1.0, 0.0):

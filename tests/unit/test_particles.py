@@ -15,6 +15,7 @@ from pysph_boiling.particles import (
     fluid_array,
     fluid_block,
     lattice_density,
+    lattice_stiffness,
     positions,
     site_array,
     sites_on_base,
@@ -118,6 +119,26 @@ def test_lattice_density_is_that_of_a_large_block(kernel, dim):
         squares += np.dot(grad, grad)
     np.testing.assert_allclose(lattice_density(kernel, dim=dim, hdx=1.2), (density, squares), rtol=ROUND_OFF)
     assert density == pytest.approx(1.0, abs=0.02)  # a lattice of unit volumes: the kernel integrates to 1
+
+
+@pytest.mark.parametrize(("dim", "cells"), [(2, 12), (3, 8)])
+@pytest.mark.parametrize("kernel", [CubicSpline, WendlandQuintic])
+def test_lattice_stiffness_is_the_largest_eigenvalue_of_a_sweep(kernel, dim, cells):
+    """A periodic lattice has the waves whose length divides it; its sweep is the matrix J J^T over its diagonal."""
+    kernel, grad = kernel(dim=dim), [0.0, 0.0, 0.0]
+    points = np.zeros((cells**dim, 3))
+    points[:, :dim] = np.array(list(np.ndindex(*(cells,) * dim)))
+    gradients = np.zeros((len(points), len(points), 3))  # of the density at the first with respect to the second
+    apart = (points[:, None] - points[None] + cells // 2) % cells - cells // 2
+    apart[..., dim:] = 0.0
+    for i, j in zip(*np.nonzero(np.linalg.norm(apart, axis=2) < 2.4)):
+        kernel.gradient(apart[i, j], float(np.linalg.norm(apart[i, j])), 1.2, grad)
+        gradients[i, j] = np.negative(grad)
+    jacobian = gradients.reshape(len(points), -1)  # the own gradient of a lattice is zero
+    sweep = jacobian @ jacobian.T / np.sum(jacobian[0]**2)
+    largest = np.linalg.eigvalsh(sweep)[-1]
+    assert lattice_stiffness(kernel, dim=dim, hdx=1.2, waves=cells // 2 + 1) == pytest.approx(largest, rel=1e-9)
+    assert lattice_stiffness(kernel, dim=dim, hdx=1.2) == pytest.approx(largest, rel=0.1)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

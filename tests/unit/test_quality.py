@@ -31,6 +31,17 @@ def test_sweeps_that_are_given_are_kept():
     assert "density" not in scheme(density=None).effects
 
 
+@pytest.mark.parametrize(("dim", "hdx", "stiffest", "least"), [
+    (2, 1.2, 2.61, 0.7), (3, 1.2, 3.98, 0.45),  # eigenvalues of the sweep on the places of settled water
+    (3, 1.5, 6.8, 0.2),  # of the lattice
+])
+def test_pairs_of_sweeps_are_stable_unless_the_relaxation_is_given(dim, hdx, stiffest, least):
+    made = PBFScheme(["fluid"], [], dim=dim, spacing=0.01, hdx=hdx)
+    omega = made.effects["density"].omega_in(made.scene())
+    assert least <= omega <= 0.7 and omega * stiffest < 2.0
+    assert DensityConstraint(omega=0.9).omega_in(made.scene()) == 0.9
+
+
 def test_unknown_quality_is_refused():
     with pytest.raises(ValueError, match="no quality 'best'; there are: draft, standard, reference"):
         scheme(quality="best")

@@ -1,10 +1,12 @@
 """Stages: their groups suit every backend, and what would never run is refused."""
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
 import sets
 from full import make, subgroups
 
+from pysph_boiling.equations.density_constraint import book_sweep
 from pysph_boiling.schemes.effects import EFFECTS, Drag
 from pysph_boiling.schemes.solver import vector_tag
 from pysph_boiling.schemes.stages import PLACES, STAGES, Term
@@ -37,6 +39,32 @@ def test_sweeps_are_limited_as_asked():
     (parent,) = [parent for parent, group in subgroups(make(effects=effects, lean=False)[2])
                  if group.name == "density_move"]
     assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
+
+
+def sweeps_of_steps(*errors, fluid=None, tolerance=1e-2, most=6):
+    """Number of sweeps in each step, if n sweeps leave a mean density error of error/n."""
+    fluid, counts = fluid or SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0, 0.0], prior=[1.0] * 3), []
+    for error in errors:
+        fluid.sweeps[:2] = 0.0, 0.0
+        while not book_sweep(fluid, error / (fluid.sweeps[0] + 1.0), 1.0, error / (fluid.sweeps[0] + 1.0), tolerance,
+                             most, 1.0):
+            pass
+        counts.append(fluid.sweeps[0])
+    return counts
+
+
+def test_sweeps_come_in_pairs_and_a_step_begins_with_as_many_as_the_last():
+    assert sweeps_of_steps(0.0) == [2.0] and sweeps_of_steps(1.0) == [6.0] and sweeps_of_steps(1.0, most=3) == [4.0]
+    assert sweeps_of_steps(0.019, 0.03, 0.019, 0.03, 0.019) == [2.0, 4.0, 4.0, 4.0, 4.0], "the error varies a little"
+    assert sweeps_of_steps(0.05, 1e-3, 1e-3, 1e-3, 1e-3) == [6.0, 6.0, 4.0, 2.0, 2.0], "the water no longer needs them"
+
+
+def test_sweeps_after_the_first_run_in_a_step_end_when_they_may():
+    fluid = SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0, 0.0], prior=[1.0] * 3)
+    assert sweeps_of_steps(0.05, fluid=fluid) == [6.0]
+    fluid.sweeps[0] = 0.0  # as the integrator begins the run after an oscillation
+    assert [book_sweep(fluid, 0.0, 0.0, 0.0, 1e-2, 6, 1.0) for _ in range(2)] == [False, True]
+    assert fluid.sweeps[2] == 6.0, "what the next step begins with"
 
 
 @pytest.mark.parametrize(("method", "given", "message"), [

@@ -130,7 +130,7 @@ class WorkMeter:
     def __init__(self, effect, scene, arrays):
         self.arrays, self.scene = arrays, scene
         self.owners, self.gravity = effect.owners(scene), np.array(scene.gravity)
-        self.omega, self.swells = scene.effects["density"].omega, "expansion" in scene.effects
+        self.omega, self.swells = scene.effects["density"].omega_in(scene), "expansion" in scene.effects
         self.summed, self.swelled, self.carried = [], [], {}
         self.energy = None  # kinetic energy of the displacement so far; None between steps and while settling
         self.apart = {**dict.fromkeys(FORCES, self.share), **dict.fromkeys(MOVES, self.moved)}

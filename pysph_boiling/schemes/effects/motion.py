@@ -7,7 +7,7 @@ import numpy as np
 from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity
-from pysph_boiling.particles import Property, fill, lattice_density, vector
+from pysph_boiling.particles import Property, fill, lattice_density, lattice_stiffness, vector
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
@@ -15,6 +15,8 @@ from pysph_boiling.schemes.stages import Term
 __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
 
 STANDARD_DT_FACTOR = 0.07  # t*; the default time step
+MAX_OMEGA = 0.7  # largest default under-relaxation
+DISORDER = 1.15  # stiffness of settled water over that of the lattice, at most; measured 1.14 (2-D) and 1.11 (3-D)
 MAX_PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
 
@@ -39,12 +41,14 @@ class DensityConstraint(Effect):
     title: ClassVar[str] = "density constraint"
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion")
-    min_sweeps: int = param(2, "-", "smallest number of sweeps in a step", low=1, may_change=True)
+    min_sweeps: int = param(2, "-", "smallest number of sweeps in a step; sweeps are made in pairs", low=1,
+                            may_change=True)
     max_sweeps: int = param(6, "-", "largest number of sweeps, unless the error is above max_mean_error", low=1,
                             may_change=True)
     tolerance: float = param(4e-3, "-", "mean positive density error at which the sweeps end",
                              low=0.0, may_change=True)
-    omega: float = param(0.7, "-", "under-relaxation", above=0.0, high=1.0)
+    omega: float = param(None, "-", "under-relaxation; 0.7 if not given, or less where pairs of sweeps would overshoot",
+                         above=0.0, high=1.0)
     eps: float = param(0.1, "-", "relaxation of the multipliers, relative to sum w |grad C|^2 of the rest lattice",
                        low=0.0)
     max_displacement: float = param(0.5, "-", "largest displacement in one sweep, in spacings", above=0.0)
@@ -74,6 +78,18 @@ class DensityConstraint(Effect):
         """Mean positive density error that the end of a step should not exceed [-]."""
         return max(self.max_mean_error, self.tolerance)
 
+    def omega_in(self, scene):
+        """Under-relaxation [-]: as given, or the largest up to 0.7 with which pairs of sweeps are stable.
+
+        A sweep multiplies the density error of a wave by 1 - omega s, where its stiffness s is up to 2.6 in 2-D and 4
+        in 3-D. All sweeps of a step multiply it by r, and enter the velocity. Such a wave decays from step to step if
+        -1/3 < r < 1, else it grows. A pair of sweeps has r = (1 - omega s)^2, which is in this range if omega s < 2.
+        """
+        if self.omega is not None:
+            return self.omega
+        stiffness = lattice_stiffness(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing) / (1.0 + self.eps)
+        return min(MAX_OMEGA, 2.0 / (DISORDER * stiffness))
+
     def properties(self, scene):
         return (
             *vector("au av aw", "m/s^2", "acceleration for the next prediction", state=True),
@@ -93,7 +109,7 @@ class DensityConstraint(Effect):
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.chebyshev_radius else {}
-        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
+        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
                 "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
                     {"listed": -1.0} if self.skin else {})
 
@@ -189,7 +205,7 @@ class DensityConstraint(Effect):
         yield Term("density.multiplier", density_constraint.PBFLambda(
             fluid, None, rho_rest=rho_rest, eps=eps, tolerance=self.tolerance, sweeps=self.max_sweeps,
             max_mean_error=self.error_limit))
-        move = dict(omega=self.omega, max_displacement=self.max_displacement * scene.spacing)
+        move = dict(omega=self.omega_in(scene), max_displacement=self.max_displacement * scene.spacing)
         yield Term("density.move", density_constraint.PBFMoveAccelerated(
             fluid, None, radius=self.chebyshev_radius, delay=self.chebyshev_delay, **move) if self.chebyshev_radius
             else density_constraint.PBFMove(fluid, None, **move))
