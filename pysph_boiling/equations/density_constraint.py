@@ -45,11 +45,11 @@ def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
     dst.sweeps[1] += 1.0
     left = left / dst.prior[2]
     n, first = dst.sweeps[0], dst.sweeps[0] == dst.sweeps[1]  # the first run in this step
-    if n % 2.0 or (first and n < min(dst.sweeps[2], sweeps)) or not (
+    if n % 2.0 or (first and n < min(dst.first_sweeps[0], sweeps)) or not (
             left <= tolerance or (n >= sweeps and left <= most)):
         return False
     if first:
-        dst.sweeps[2] = n if left * n > FEWER * tolerance * (n - 2.0) else n - 2.0
+        dst.first_sweeps[0] = n if left * n > FEWER * tolerance * (n - 2.0) else n - 2.0
     return True
 
 
@@ -285,7 +285,7 @@ class PBFLambda(Equation):
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
     ``prior`` [-] (p first).
     Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
-    ``sweeps`` (count in this run of the stage, in this step, least in the next step) [-].
+    ``sweeps`` (count in this run of the stage, in this step) and ``first_sweeps`` (least in the next step) [-].
     Needs    PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or max_mean_error <= 0.
     Limits   The stiffness depends on the number of sweeps. The error is measured before the correction of the sweep.

@@ -155,7 +155,7 @@ class PBFIntegrator(Integrator):
             n = self.motion.substeps(self.arrays, dt, self.reductions)
             for pa in self.arrays:
                 set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
-                set_constant(pa, "sweeps", (0.0, 0.0, pa.sweeps[2]))
+                set_constant(pa, "sweeps", 0.0)
         for k in range(n):
             if self.meter:
                 self.meter.begin(dt / n, short=dt / n < self.motion.short_step)
@@ -171,7 +171,7 @@ class PBFIntegrator(Integrator):
                 break
         for pa in self.arrays:
             set_constant(pa, "settled", 1.0)
-            set_constant(pa, "sweeps", 0.0)  # the first step may need fewer
+            set_constant(pa, "first_sweeps", 0.0)  # the first step may need fewer
             for name in ("limited", "contacts", "projected"):
                 if name in pa.properties:
                     fill(pa, name, 0)
@@ -236,7 +236,7 @@ class PBFIntegrator(Integrator):
         share = min(1.0, dt / self.motion.short_step)
         for pa in self.arrays:
             set_constant(pa, "prior", (float(share == 1.0), float(dt < math.inf), share))
-            set_constant(pa, "sweeps", (0.0, *pa.sweeps[1:]))
+            set_constant(pa, "sweeps", (0.0, pa.sweeps[1]))
             if "sweep_weight" in pa.constants:
                 set_constant(pa, "sweep_weight", (1.0, math.inf, 0.0))
         return self.stages["density"]

@@ -41,11 +41,16 @@ def test_sweeps_are_limited_as_asked():
     assert (parent.iterate, parent.min_iterations, parent.max_iterations) == (True, 3, 50)
 
 
+def swept_array():
+    """The constants of an array that are read and written when a sweep is booked."""
+    return SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0], first_sweeps=[0.0], prior=[1.0] * 3)
+
+
 def sweeps_of_steps(*errors, fluid=None, tolerance=1e-2, most=6):
     """Number of sweeps in each step, if n sweeps leave a mean density error of error/n."""
-    fluid, counts = fluid or SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0, 0.0], prior=[1.0] * 3), []
+    fluid, counts = fluid or swept_array(), []
     for error in errors:
-        fluid.sweeps[:2] = 0.0, 0.0
+        fluid.sweeps[:] = 0.0, 0.0
         while not book_sweep(fluid, error / (fluid.sweeps[0] + 1.0), 1.0, error / (fluid.sweeps[0] + 1.0), tolerance,
                              most, 1.0):
             pass
@@ -60,11 +65,11 @@ def test_sweeps_come_in_pairs_and_a_step_begins_with_as_many_as_the_last():
 
 
 def test_sweeps_after_the_first_run_in_a_step_end_when_they_may():
-    fluid = SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0, 0.0], prior=[1.0] * 3)
+    fluid = swept_array()
     assert sweeps_of_steps(0.05, fluid=fluid) == [6.0]
     fluid.sweeps[0] = 0.0  # as the integrator begins the run after an oscillation
     assert [book_sweep(fluid, 0.0, 0.0, 0.0, 1e-2, 6, 1.0) for _ in range(2)] == [False, True]
-    assert fluid.sweeps[2] == 6.0, "what the next step begins with"
+    assert fluid.first_sweeps[0] == 6.0, "what the next step begins with"
 
 
 @pytest.mark.parametrize(("method", "given", "message"), [

@@ -109,8 +109,8 @@ class DensityConstraint(Effect):
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.chebyshev_radius else {}
-        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0, 0.0], "unconverged": 0.0, "settled": 0.0,
-                "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
+        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "first_sweeps": 0.0, "unconverged": 0.0,
+                "settled": 0.0, "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
                     {"listed": -1.0} if self.skin else {})
 
     def check(self, scene, arrays):
