@@ -32,7 +32,7 @@ OWNS = {
         "PBFStepBack PBFDensity PBFBoundaryDensity PBFLeftOver PBFLambda PBFPositionCorrection PBFBoundaryCorrection "
         "PBFMove PBFBodyForce",
         "au av aw sx sy sz lmbda compression left_over gcx gcy gcz gc2 dpx dpy dpz limited",
-        "density_error sweeps unconverged settled substeps prior",
+        "density_error sweeps first_sweeps unconverged settled substeps prior",
         "sweeps density_error_mean density_error_max n_unconverged substeps n_split n_limited"),
     "container": ("PBFBoxContainer", "contacts projected", "", "n_contacts n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
