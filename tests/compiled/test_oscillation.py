@@ -589,7 +589,7 @@ def test_two_bubbles_of_a_pool_merge_without_a_jump():
     x = vectors(fluid) / DX
     for side, swell in ((-1.0, 0.85), (1.0, 1.15)):
         ball = np.linalg.norm(x - (6.0 + 2.4 * side, 6.0, 6.0), axis=1) < 1.9
-        fluid.phase[ball], fluid.e[ball], fluid.swell[ball], fluid.u[ball] = VAPOUR, WATER.L, swell, -0.35 * side
+        fluid.phase[ball], fluid.e[ball], fluid.swell[ball], fluid.u[ball] = VAPOUR, WATER.L, swell, -0.5 * side
     vapour, bubbles = fluid.phase == VAPOUR, []
     while stepper.t < 0.1 and bubbles[-1:] != [1]:
         swell, volume = fluid.swell.copy(), np.sum((fluid.m * fluid.swell)[vapour])
@@ -613,9 +613,10 @@ def test_wall_moves_no_faster_than_a_step_allows():
     for _ in range(8):
         clamped = fluid.n_clamped[0]
         stepper.step()
-        moved.append(abs(radius() - before) / DX)
+        whole = len(np.unique(fluid.bubble[bubble])) == 1  # a particle that is torn off is a bubble with a wall of its own
+        moved += [abs(radius() - before) / DX] if whole else []
         before = radius()
-        if fluid.n_clamped[0] > clamped:
+        if whole and fluid.n_clamped[0] > clamped:
             held += 1
             flow = np.sum((fluid.m * fluid.swell_rate)[bubble]) / WATER.rho_l
             assert abs(flow) / (4.0 * np.pi * before**2) <= 0.1 * DX / stepper.dt * (1.0 + 1e-9)
