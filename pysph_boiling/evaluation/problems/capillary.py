@@ -179,7 +179,8 @@ class LaplacePressure(Bubble):
         (move,) = (group for stage in stepper.equations.groups for block in stage for group in block.equations
                    if group.name == "density_move")
         impulse, found = np.zeros(len(fluid.x)), []  # the sum of the multipliers of a step
-        move.post.append(lambda: np.add(impulse, self.density.omega * fluid.lmbda, out=impulse))
+        omega = self.density.omega_in(scheme.scene())
+        move.post.append(lambda: np.add(impulse, omega * fluid.lmbda, out=impulse))
         for _ in range(self.samples):
             impulse[:] = 0.0
             stepper.step()
