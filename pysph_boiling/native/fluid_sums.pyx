@@ -23,7 +23,8 @@ cdef extern from "exchange.h" nogil:
         PairKernel kernel
         int container
         double m, rho_rest, eps, omega, max_displacement, nudge, depth, radius
-        double strength, reach, stiffness, dt
+        double strength, reach, stiffness, repulsion, repulsion_at, dt
+        int repels
         double low[3]
         double high[3]
         double centre[2]
@@ -227,7 +228,8 @@ cdef class DensitySweeps(FluidSums):
     ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
     on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
     a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2], radius
-    [m] and stiffness [1/m], or none.
+    [m] and stiffness [1/m], or none; ``artificial_pressure`` is its strength [m^2/s^2] and the distance r/h at which its
+    kernel is 1, or none.
 
     A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
     copied to them between the two, and after the second one.
@@ -244,7 +246,8 @@ cdef class DensitySweeps(FluidSums):
         free(self.walls)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
-                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
+                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, artificial_pressure=None,
+                 **options):
         cdef SweepModel *p = &self.model
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
@@ -260,6 +263,9 @@ cdef class DensitySweeps(FluidSums):
         self.coheres = cohesion is not None
         if self.coheres:
             p.strength, p.reach, p.stiffness = cohesion
+        p.repels = artificial_pressure is not None
+        if p.repels:
+            p.repulsion, p.repulsion_at = artificial_pressure
 
     def start(self, pa, lists, walls, double dt):
         """Take up the fluid ``pa`` where it is now, for sweeps of a step of ``dt`` [s].

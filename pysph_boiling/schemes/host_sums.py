@@ -1,5 +1,5 @@
 """What the lean sums on the host run: arrays and neighbour lists of a step, handed to the compiled module."""
-from pysph_boiling.equations import cohesion, container, density_constraint
+from pysph_boiling.equations import artificial_pressure, cohesion, container, density_constraint
 from pysph_boiling.equations.density_constraint import book_sweep
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.native import fluid_sums
@@ -88,6 +88,9 @@ class Sweeps(Run):
         if cylinder:
             self.options.update(depth=cylinder.depth, cylinder=(cylinder.cx, cylinder.cy, cylinder.radius,
                                                                 cylinder.bottom, cylinder.top))
+        pressure = found.get(artificial_pressure.PBFArtificialPressure)
+        if pressure:
+            self.options.update(artificial_pressure=(pressure.strength, pressure.reference))
         pull = found.get(cohesion.BubbleCohesion)
         if pull:
             self.options.update(cohesion=(pull.strength, pull.radius, pull.stiffness))

@@ -2,6 +2,7 @@
 import numpy as np
 from compyle.array import get_backend
 
+from pysph_boiling.equations.artificial_pressure import PBFArtificialPressure
 from pysph_boiling.equations.bubble_groups import BubbleCheck, BubbleHook, BubbleLabel, BubbleShortcut, BubbleSnap
 from pysph_boiling.equations.buoyancy import BubbleDrag
 from pysph_boiling.equations.cohesion import BubbleCohesion, BubbleCohesionMove
@@ -33,8 +34,8 @@ from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 __all__ = ["lean_terms", "why_general"]
 
 SWEEP_PLACES = ("density.multiplier", "density.correction", "density.pull", "density.move")
-IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
-             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFArtificialPressure, PBFBoundaryCorrection, PBFBoundaryDensity,
+             PBFBoxContainer, PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
 IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag)
 

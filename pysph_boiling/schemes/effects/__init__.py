@@ -12,6 +12,7 @@ from pysph_boiling.schemes.effects.base import (
     joined, param, sum_over, totals,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects.artificial_pressure import ArtificialPressure
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
 from pysph_boiling.schemes.effects.phases import PhaseChange
 from pysph_boiling.schemes.effects.preset_nucleation import PresetNucleation
@@ -29,7 +30,7 @@ from pysph_boiling.schemes.effects.mechanics import MechanicalLedger
 from pysph_boiling.schemes.effects.installed import load_installed
 
 __all__ = [
-    "AmbientLoss", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
+    "AmbientLoss", "ArtificialPressure", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
     "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
     "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
     "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot", "Venting",
