@@ -10,6 +10,7 @@ from harness import Evaluator, Stepper, random_cloud
 from pysph.sph.equation import Group
 from sets import scheme
 
+from pysph_boiling.equations.artificial_pressure import PBFArtificialPressure
 from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
 from pysph_boiling.equations.density_constraint import (
     PBFDensitySwollen,
@@ -22,7 +23,7 @@ from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 __all__ = [
-    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "WIDTH", "Kernels", "close", "cloud", "column",
+    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "STRENGTH", "WIDTH", "Kernels", "close", "cloud", "column",
     "compile_kernels", "inside_box", "pairs", "reset", "tank",
 ]
 
@@ -32,6 +33,7 @@ N_FLUID, N_WALL = 60, 20
 LOWER, UPPER = (0.1, 0.2, 0.15), (0.8, 0.7, 0.9)
 CYLINDER = dict(centre=(0.4, 0.6), radius=0.3, bottom=0.1, top=0.8)
 DEPTH = 0.1  # of a contact
+STRENGTH = 3.0  # of the artificial pressure [m^2/s^2]
 DX = 0.01  # of the tank
 WIDTH, HEIGHT = 16, 24  # of the tank, spacings
 
@@ -85,6 +87,9 @@ def compile_kernels(fluid, wall, *, dim, spacing):
             PBFPositionCorrectionSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest,
                                          kernel=motion.kernel, nudge=by_name["PBFPositionCorrection"].nudge),
             copy(by_name["PBFBoundaryCorrection"])],
+        "artificial_pressure": [PBFArtificialPressure(
+            "fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest, kernel=motion.kernel, hdx=motion.hdx,
+            strength=STRENGTH)],
         "pressure": [PBFPressure("fluid", ["fluid"], rho0=RHO0, rho_rest=by_name["PBFDensity"].rho_rest)],
         "move": [PBFMove("fluid", None, omega=0.7, max_displacement=0.25 * spacing)],
         "move_accelerated": [PBFMoveAccelerated("fluid", None, omega=0.7, max_displacement=0.25 * spacing, radius=0.9,

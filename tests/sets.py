@@ -7,6 +7,7 @@ from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,
+    ArtificialPressure,
     BoxContainer,
     BubbleLabels,
     Buoyancy,
@@ -40,6 +41,7 @@ WARM = dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0), heat=He
 
 SETS = {
     "motion": dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0)),  # and examples/dam_break.py
+    "pressed": dict(container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure()),
     "cylinder": dict(container=CylinderContainer()),
     "slab": dict(density=None, heat=HeatConduction(), heater=Heater(temperature=353.15)),  # examples/heated_slab.py
     "exchange": dict(density=None, heat=HeatConduction(laplacian="paper"), heater=Heater(flux=1e4),

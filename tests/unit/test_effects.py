@@ -34,6 +34,7 @@ OWNS = {
         "au av aw sx sy sz lmbda compression left_over gcx gcy gcz gc2 dpx dpy dpz limited",
         "density_error sweeps first_sweeps unconverged settled substeps prior",
         "sweeps density_error_mean density_error_max n_unconverged substeps n_split n_limited"),
+    "artificial_pressure": ("PBFArtificialPressure", "", "", ""),
     "container": ("PBFBoxContainer", "contacts projected", "", "n_contacts n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
     "heat": ("HeatConductionClearyMonaghan HeatUpdate", "e T k ae", "heat_dt",
