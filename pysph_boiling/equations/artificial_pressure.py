@@ -1,4 +1,4 @@
-"""Artificial pressure of Position Based Fluids: a repulsion of close pairs within the density sweeps."""
+"""Artificial pressure: close particles repel, so that they do not pair, nor crowd at the free surface."""
 from math import sqrt
 
 from compyle.api import declare
@@ -6,32 +6,22 @@ from pysph.sph.equation import Equation
 
 from pysph_boiling.equations.helpers import boiling_kernel, boiling_kernel_slope, kernel_coefficients
 
-__all__ = ["PBFArtificialPressure", "reference_distance"]
+__all__ = ["PBFArtificialPressure"]
 
-DISTANCE = 0.3  # spacings; where a pair repels with the full strength
-
-
-def reference_distance(kernel, hdx):
-    """q = r/h at which W is the unit of the artificial pressure, and that value W h^dim.
-
-    ``kernel`` is a PySPH kernel, CubicSpline or WendlandQuintic, and ``hdx`` the smoothing length over the spacing.
-    """
-    q = DISTANCE / hdx
-    return q, boiling_kernel(q, *kernel_coefficients(kernel))
+DISTANCE = 0.3  # spacings; where the kernel is the unit of the artificial pressure
 
 
 class PBFArtificialPressure(Equation):
-    r"""Adds the artificial pressure between fluid particles to the position correction.
+    r"""Artificial pressure between fluid particles, as a force.
 
-    .. math::  \Delta x_i \mathrel{+}= -\frac{\kappa}{\rho_0} \sum_j m_j
-               \left(\frac{W_{ij}}{W(0.3\,\Delta x)}\right)^4 \nabla W_{ij}, \qquad \kappa = s\,\Delta t^2
+    .. math::  a_i = -\frac{s}{\rho_0} \sum_j m_j \left(\frac{W_{ij}}{W(0.3\,\Delta x)}\right)^4 \nabla W_{ij}
 
-    For equal masses m this is the correction of :class:`PBFPositionCorrection` with
-    :math:`\lambda_i + \lambda_j - \kappa m (W_{ij}/W(0.3\,\Delta x))^4` in place of :math:`\lambda_i + \lambda_j`. It
-    is equal and opposite in momentum for every pair. As it goes with dt^2, a step of any length causes the same force.
+    In a step of dt it moves particles of equal mass m as the position correction would with
+    :math:`\lambda_i + \lambda_j - k (W_{ij}/W(0.3\,\Delta x))^4` in place of :math:`\lambda_i + \lambda_j`, with
+    :math:`k = s\,m\,\Delta t^2`. It is equal and opposite in momentum for every pair, and has a potential.
 
-    Source: Macklin & Müller 2013, eqs. 13 and 14, with n = 4. Differs: their k is constant; the reference distance is
-    theirs in spacings rather than in h.
+    Source: Macklin & Müller 2013, eqs. 13 and 14, with n = 4. Differs: a force, once in a step, so that it does not
+    depend on the time step nor on the number of sweeps; the reference distance is in spacings.
 
     Parameters
     ----------
@@ -40,12 +30,9 @@ class PBFArtificialPressure(Equation):
     hdx : float             Smoothing length over the spacing [-], > 0.
     strength : float        s [m^2/s^2], >= 0.
 
-    Reads    d_h, s_h [m], s_m [kg], positions, constant ``prior`` [-], the time step.
-    Writes   d_dpx, d_dpy, d_dpz [m], own index only.
-    Needs    PBFPositionCorrection before it in the same group.
-    Errors   ValueError if rho_rest <= 0, hdx <= 0 or strength < 0.
-    Limits   It acts once in each sweep, so it grows with their number. Walls do not repel. In passes of the sweeps that
-    the velocity does not feel (``prior``), there is none.
+    Reads    d_h, s_h [m], s_m [kg], positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
+    Errors   ValueError if rho_rest <= 0, hdx <= 0 or strength < 0.   Limits   Walls do not repel. Explicit: with 20 g dx
+    it is stable in steps of up to 0.2 t*.
     """
 
     def __init__(self, dest, sources, rho_rest, kernel, hdx, strength):
@@ -62,25 +49,23 @@ class PBFArtificialPressure(Equation):
         self.c4 = float(c4)
         self.c5 = float(c5)
         self.c1 = float(c1)
-        self.reference, unit = reference_distance(kernel, hdx)
-        self.per_unit = float(1.0 / unit)
+        self.per_unit = float(1.0 / boiling_kernel(DISTANCE / hdx, c3, c4, c5, c1))
         self.depth = float(kernel.dim == 3)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
         return [boiling_kernel, boiling_kernel_slope]
 
-    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, s_m, d_dpx, d_dpy, d_dpz, d_prior, NBRS, N_NBRS,
-                 dt):
+    def loop_all(self, d_idx, d_x, d_y, d_z, d_h, s_x, s_y, s_z, s_h, s_m, d_au, d_av, d_aw, NBRS, N_NBRS):
         i = declare('int')
         j = declare('int')
         x = d_x[d_idx]
         y = d_y[d_idx]
         z = d_z[d_idx]
         h = d_h[d_idx]
-        px = 0.0
-        py = 0.0
-        pz = 0.0
+        ax = 0.0
+        ay = 0.0
+        az = 0.0
         for i in range(N_NBRS):
             j = NBRS[i]
             dx = x - s_x[j]
@@ -91,10 +76,10 @@ class PBFArtificialPressure(Equation):
             f = boiling_kernel(q, self.c3, self.c4, self.c5, self.c1) * self.per_unit
             f = s_m[j] * h1*h1*h1*h1 * (1.0 + self.depth*(h1 - 1.0)) * f*f*f*f
             f = f * boiling_kernel_slope(q, self.c3, self.c4, self.c5, self.c1)
-            px += f * dx
-            py += f * dy
-            pz += f * dz
-        f = self.strength * dt*dt * d_prior[1] / self.rho_rest
-        d_dpx[d_idx] -= f * px
-        d_dpy[d_idx] -= f * py
-        d_dpz[d_idx] -= f * pz
+            ax += f * dx
+            ay += f * dy
+            az += f * dz
+        f = self.strength / self.rho_rest
+        d_au[d_idx] -= f * ax
+        d_av[d_idx] -= f * ay
+        d_aw[d_idx] -= f * az

@@ -70,9 +70,9 @@ class HeatConductionClearyMonaghanLean(HostSum):
 
 
 class PBFForcesLean(HostSum):
-    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity` and :class:`BubbleDrag` in one sum, for uniform m and h.
+    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag` and :class:`PBFArtificialPressure` in one sum.
 
-    Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes first in the force stage.
+    It is for uniform m and h. Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes first in the force stage.
     """
 
 

@@ -1,6 +1,6 @@
 /* The density sweeps in two loops over the particles: what PBFDensity, PBFBoundaryDensity, PBFLambda and, in the second
- * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFArtificialPressure, PBFMove or PBFMoveAccelerated, BubbleCohesion
- * and the containers compute, where all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
+ * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated, BubbleCohesion and the containers
+ * compute, where all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
  *
  * Sums over all particles are made block by block, in one order whatever the threads.
  */
@@ -18,10 +18,7 @@ typedef struct {
     double m, rho_rest, eps, omega, max_displacement, nudge;
     double depth, low[3], high[3];      /* box; of a cylinder low[2] and high[2] are its ends */
     double centre[2], radius;
-    double strength, reach, stiffness;  /* of cohesion */
-    double repulsion, repulsion_at;     /* of the artificial pressure: strength; r/h where it has that */
-    double dt;
-    int repels;                         /* whether there is artificial pressure */
+    double strength, reach, stiffness, dt;      /* of cohesion */
 } SweepModel;
 
 typedef struct {                        /* of the fluid */
@@ -62,33 +59,26 @@ PAIR_INLINE void sum_density(const PairSource *s, long i, const PairKernel *kern
     out[4] = lanes_sum(sum.gg);
 }
 
-typedef struct { Lanes x, y, z, plus, minus, per_unit, gx, gy, gz, here; } GradientSums;
+typedef struct { Lanes x, y, z, plus, gx, gy, gz, here; } GradientSums;
 
 PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
-                              const PairKernel *kernel, int wendland, int repels) {
+                              const PairKernel *kernel, int wendland) {
     const LaneRecords at = lanes_records(s->records, neighbours);
     const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
-    Lanes weight = at.w + sum->plus;
-    if (repels) {
-        const Lanes w = sum->per_unit * lanes_kernel(kernel, wendland, p), w2 = w*w;
-        weight -= sum->minus * (w2*w2);
-    }
-    const Lanes f = lanes_gradient(kernel, wendland, p, weight*counted);
+    const Lanes f = lanes_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
     sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
     sum->here += p.r < lanes(COINCIDENT * kernel->h) ? counted : lanes(0.0);
 }
 
-/* out: sums of (plus + w - minus (W/unit)^4) f (dx, dy, dz), the last term if ``repels``, per_unit = w_scale/unit; how
- * many neighbours are at the same place, itself among them. */
-PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, int repels,
-                              double plus, double minus, double per_unit, double x, double y, double z, double *out) {
+/* out: sums of (plus + w) f (dx, dy, dz); how many neighbours are at the same place, itself among them. */
+PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, double plus,
+                              double x, double y, double z, double *out) {
     const unsigned int *neighbours = s->begin[i];
     const int n = s->count[i], last = lanes_last(n);
     const Lanes none = lanes(0.0);
-    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), lanes(minus), lanes(per_unit), none, none, none, none};
-    for (int k = 0; k < last; k += LANES)
-        add_gradient(&sum, s, neighbours + k, lanes(1.0), kernel, wendland, repels);
-    if (n > 0) add_gradient(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland, repels);
+    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), none, none, none, none};
+    for (int k = 0; k < last; k += LANES) add_gradient(&sum, s, neighbours + k, lanes(1.0), kernel, wendland);
+    if (n > 0) add_gradient(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland);
     out[0] = lanes_sum(sum.gx); out[1] = lanes_sum(sum.gy); out[2] = lanes_sum(sum.gz); out[3] = lanes_sum(sum.here);
 }
 
@@ -212,32 +202,23 @@ static void pull(const SweepModel *p, const SweepFluid *fluid, const PairSource 
     fluid->sx[i] += px; fluid->sy[i] += py; fluid->sz[i] += pz;
 }
 
-/* W/w_scale at r = q h. */
-PAIR_INLINE double kernel_at(const PairKernel *kernel, int wendland, double q) {
-    const double t = larger(2.0 - q, 0.0) * kernel->h, u = larger(1.0 - q, 0.0) * kernel->h, t2 = t*t;
-    return wendland ? t2*t2 * (t + kernel->ratio) : t2*t + kernel->ratio * u*u*u;
-}
-
 /* Particles of block b: their corrections, applied. */
-PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, int repels, const SweepFluid *fluid,
-                         const PairSource *own, const PairSource *walls, int n_walls, double nudge, double feels,
-                         double weight) {
+PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
+                         const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
     const PairKernel kernel = p->kernel;
     const double slope = kernel.g_scale / p->rho_rest;
-    const double repulsion = repels ? p->m * p->repulsion * p->dt*p->dt * feels : 0.0;
-    const double per_unit = repels ? 1.0 / kernel_at(&kernel, wendland, p->repulsion_at) : 0.0;
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2];
         const double lmbda = own->records[4*i + 3];
         double out[4], d[3];
-        sum_gradient(own, i, &kernel, wendland, repels, lmbda, repulsion, per_unit, x, y, z, out);
+        sum_gradient(own, i, &kernel, wendland, lmbda, x, y, z, out);
         d[0] = slope * out[0]; d[1] = slope * out[1]; d[2] = slope * out[2];
         if (out[3] > 1.0) set_apart(p, fluid, own, i, p->nudge * nudge, d);
         if (lmbda != 0.0)
             for (int k = 0; k < n_walls; k++)
                 if (walls[k].count[i] > 0) {
                     const double f = lmbda * slope / p->m;
-                    sum_gradient(&walls[k], i, &kernel, wendland, 0, 0.0, 0.0, 0.0, x, y, z, out);
+                    sum_gradient(&walls[k], i, &kernel, wendland, 0.0, x, y, z, out);
                     d[0] += f * out[0]; d[1] += f * out[1]; d[2] += f * out[2];
                 }
         double f = p->omega * weight;
@@ -265,12 +246,7 @@ static void sweep_move(const SweepModel *p, const SweepFluid *fluid, const PairS
                        int n_walls, double nudge, double feels, double weight) {
     #pragma omp parallel for schedule(static)
     for (long b = 0; b < sweep_blocks(fluid->n); b++)
-        if (p->repels) {
-            if (p->kernel.wendland) move_of(b, p, 1, 1, fluid, own, walls, n_walls, nudge, feels, weight);
-            else move_of(b, p, 0, 1, fluid, own, walls, n_walls, nudge, feels, weight);
-        } else {
-            if (p->kernel.wendland) move_of(b, p, 1, 0, fluid, own, walls, n_walls, nudge, feels, weight);
-            else move_of(b, p, 0, 0, fluid, own, walls, n_walls, nudge, feels, weight);
-        }
+        if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, n_walls, nudge, feels, weight);
+        else move_of(b, p, 0, fluid, own, walls, n_walls, nudge, feels, weight);
 }
 #endif

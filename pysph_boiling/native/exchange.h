@@ -1,5 +1,5 @@
-/* What neighbours in the fluid exchange: HeatConductionClearyMonaghan, and PBFXSPHViscosity with BubbleDrag in one sum,
- * where all masses and all smoothing lengths are equal. Formulas, sources and limits stand there.
+/* What neighbours in the fluid exchange: HeatConductionClearyMonaghan, and PBFXSPHViscosity with BubbleDrag and
+ * PBFArtificialPressure in one sum, where all masses and all smoothing lengths are equal. Formulas, sources and limits stand there.
  */
 #ifndef EXCHANGE_H
 #define EXCHANGE_H
@@ -36,43 +36,55 @@ static void exchange_heat(const PairKernel *kernel, const PairSource *s, long n,
         ae[i] += factor * (kernel->wendland ? heat_of(i, kernel, 1, s, T) : heat_of(i, kernel, 0, s, T));
 }
 
+typedef struct { double viscosity, drag, repulsion, per_unit; int repels; } Forces;
+
 typedef struct { Lanes x, y, z, u, v, w, vapour, ax, ay, az; } MomentumSum;
 
 PAIR_INLINE void add_momentum(MomentumSum *sum, const PairSource *s, const double *velocities,
                               const unsigned int *neighbours, Lanes counted, const PairKernel *kernel, int wendland,
-                              Lanes viscosity, Lanes drag) {
+                              int repels, const Forces *forces) {
     const LaneRecords at = lanes_records(s->records, neighbours), moves = lanes_records(velocities, neighbours);
     const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
     const Lanes other = at.w - sum->vapour;          /* 1, 0 or -1 */
-    const Lanes f = lanes_kernel(kernel, wendland, p) * (viscosity + drag*(other*other)) * counted;
+    const Lanes W = lanes_kernel(kernel, wendland, p);
+    const Lanes f = W * (lanes(forces->viscosity) + lanes(forces->drag)*(other*other)) * counted;
     sum->ax += f*(sum->u - moves.x); sum->ay += f*(sum->v - moves.y); sum->az += f*(sum->w - moves.z);
+    if (repels) {
+        const Lanes w = lanes(forces->per_unit) * W, w2 = w*w;
+        const Lanes g = lanes_gradient(kernel, wendland, p, lanes(forces->repulsion)*(w2*w2) * counted);
+        sum->ax += g*p.dx; sum->ay += g*p.dy; sum->az += g*p.dz;
+    }
 }
 
 /* What particle i loses to its neighbours: out (3). */
-PAIR_INLINE void momentum_of(long i, const PairKernel *kernel, int wendland, const PairSource *s,
-                             const double *velocities, double viscosity, double drag, double *out) {
+PAIR_INLINE void momentum_of(long i, const PairKernel *kernel, int wendland, int repels, const PairSource *s,
+                             const double *velocities, const Forces *forces, double *out) {
     const double *own = s->records + 4*i, *moves = velocities + 4*i;
     const unsigned int *neighbours = s->begin[i];
     const int n = s->count[i], last = lanes_last(n);
-    const Lanes none = lanes(0.0), all = lanes(viscosity), between = lanes(drag);
+    const Lanes none = lanes(0.0);
     MomentumSum sum = {lanes(own[0]), lanes(own[1]), lanes(own[2]), lanes(moves[0]), lanes(moves[1]), lanes(moves[2]),
                        lanes(own[3]), none, none, none};
     for (int k = 0; k < last; k += LANES)
-        add_momentum(&sum, s, velocities, neighbours + k, lanes(1.0), kernel, wendland, all, between);
-    if (n > 0) add_momentum(&sum, s, velocities, neighbours + last, lanes_counted(n), kernel, wendland, all, between);
+        add_momentum(&sum, s, velocities, neighbours + k, lanes(1.0), kernel, wendland, repels, forces);
+    if (n > 0) add_momentum(&sum, s, velocities, neighbours + last, lanes_counted(n), kernel, wendland, repels, forces);
     out[0] = lanes_sum(sum.ax); out[1] = lanes_sum(sum.ay); out[2] = lanes_sum(sum.az);
 }
 
-/* Accelerations: gravity less sum_j (viscosity + drag, where one is vapour) W/w_scale (v_i - v_j); a record's w is 1 in
- * vapour, else 0. */
+/* Accelerations: gravity less sum_j (viscosity + drag, where one is vapour) W/w_scale (v_i - v_j), and less sum_j
+ * repulsion (per_unit W/w_scale)^4 gradW/g_scale if one ``repels``; a record's w is 1 in vapour, else 0. */
 static void exchange_momentum(const PairKernel *kernel, const PairSource *s, const double *velocities, long n,
-                              double viscosity, double drag, const double *gravity, double *au, double *av,
-                              double *aw) {
+                              const Forces *forces, const double *gravity, double *au, double *av, double *aw) {
     #pragma omp parallel for schedule(static)
     for (long i = 0; i < n; i++) {
         double lost[3];
-        if (kernel->wendland) momentum_of(i, kernel, 1, s, velocities, viscosity, drag, lost);
-        else momentum_of(i, kernel, 0, s, velocities, viscosity, drag, lost);
+        if (forces->repels) {
+            if (kernel->wendland) momentum_of(i, kernel, 1, 1, s, velocities, forces, lost);
+            else momentum_of(i, kernel, 0, 1, s, velocities, forces, lost);
+        } else {
+            if (kernel->wendland) momentum_of(i, kernel, 1, 0, s, velocities, forces, lost);
+            else momentum_of(i, kernel, 0, 0, s, velocities, forces, lost);
+        }
         au[i] = gravity[0] - lost[0]; av[i] = gravity[1] - lost[1]; aw[i] = gravity[2] - lost[2];
     }
 }

@@ -23,8 +23,7 @@ cdef extern from "exchange.h" nogil:
         PairKernel kernel
         int container
         double m, rho_rest, eps, omega, max_displacement, nudge, depth, radius
-        double strength, reach, stiffness, repulsion, repulsion_at, dt
-        int repels
+        double strength, reach, stiffness, dt
         double low[3]
         double high[3]
         double centre[2]
@@ -61,7 +60,10 @@ cdef extern from "exchange.h" nogil:
     void label_bubbles(long, long, const int *, const unsigned int *, const double *, const double *, const double *,
                        double, const unsigned int **, const int *, const int *, int *, unsigned int *)
     void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
-    void exchange_momentum(const PairKernel *, const PairSource *, const double *, long, double, double, const double *,
+    ctypedef struct Forces:
+        double viscosity, drag, repulsion, per_unit
+        int repels
+    void exchange_momentum(const PairKernel *, const PairSource *, const double *, long, const Forces *, const double *,
                            double *, double *, double *)
 
 cdef enum:
@@ -180,10 +182,14 @@ cdef class Exchange(FluidSums):
         pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), data(pa, "k"), self.records.first)
         exchange_heat(&self.kernel, &self.own, self.n, data(pa, "T"), factor, data(pa, "ae"))
 
-    def momentum(self, pa, lists, double viscosity, double drag, double rho0, gravity):
-        """Set the accelerations [m/s^2] to gravity with what PBFXSPHViscosity and BubbleDrag add; rates in 1/s."""
+    def momentum(self, pa, lists, double viscosity, double drag, double rho0, gravity, repulsion=None):
+        """Set the accelerations [m/s^2] to gravity with what PBFXSPHViscosity and BubbleDrag add; rates in 1/s.
+
+        ``repulsion`` are parameters of PBFArtificialPressure, strength/rho_rest [m^5/(kg s^2)] and per_unit, or none.
+        """
         cdef double g[3]
-        cdef double scale
+        cdef double scale, volume
+        cdef Forces forces
         cdef const int *phase = counter(pa, "phase") if drag > 0.0 else NULL
         cdef double *records
         cdef long i
@@ -197,8 +203,12 @@ cdef class Exchange(FluidSums):
             for i in range(self.total):
                 records[4*i + 3] = phase[i] == VAPOUR
         pack_records(self.total, data(pa, "u"), data(pa, "v"), data(pa, "w"), NULL, self.velocities.first)
-        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, viscosity*scale, drag*scale, g,
-                          data(pa, "au"), data(pa, "av"), data(pa, "aw"))
+        forces.viscosity, forces.drag, forces.repels = viscosity*scale, drag*scale, repulsion is not None
+        if forces.repels:
+            volume = self.kernel.h**3 if self.kernel.deep else self.kernel.h**2
+            forces.repulsion = self.m*repulsion[0]*self.kernel.g_scale
+            forces.per_unit = repulsion[1]*self.kernel.w_scale*volume
+        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, &forces, g, data(pa, "au"), data(pa, "av"), data(pa, "aw"))
 
 
 cdef class Labels(FluidSums):
@@ -228,8 +238,7 @@ cdef class DensitySweeps(FluidSums):
     ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
     on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
     a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2], radius
-    [m] and stiffness [1/m], or none; ``artificial_pressure`` is its strength [m^2/s^2] and the distance r/h at which its
-    kernel is 1, or none.
+    [m] and stiffness [1/m], or none.
 
     A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
     copied to them between the two, and after the second one.
@@ -246,8 +255,7 @@ cdef class DensitySweeps(FluidSums):
         free(self.walls)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
-                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, artificial_pressure=None,
-                 **options):
+                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
         cdef SweepModel *p = &self.model
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
@@ -263,9 +271,6 @@ cdef class DensitySweeps(FluidSums):
         self.coheres = cohesion is not None
         if self.coheres:
             p.strength, p.reach, p.stiffness = cohesion
-        p.repels = artificial_pressure is not None
-        if p.repels:
-            p.repulsion, p.repulsion_at = artificial_pressure
 
     def start(self, pa, lists, walls, double dt):
         """Take up the fluid ``pa`` where it is now, for sweeps of a step of ``dt`` [s].

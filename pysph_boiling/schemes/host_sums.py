@@ -1,5 +1,5 @@
 """What the lean sums on the host run: arrays and neighbour lists of a step, handed to the compiled module."""
-from pysph_boiling.equations import artificial_pressure, cohesion, container, density_constraint
+from pysph_boiling.equations import cohesion, container, density_constraint
 from pysph_boiling.equations.density_constraint import book_sweep
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.native import fluid_sums
@@ -55,17 +55,18 @@ class Labels(Run):
 
 
 class Forces(Run):
-    """Gravity, and what viscosity and drag even out; ``viscosity`` and ``drag`` are equations or ``None``."""
+    """Gravity, what viscosity and drag even out, and artificial pressure; all but ``body`` are equations or ``None``."""
 
-    def __init__(self, scheme, body, viscosity, drag):
+    def __init__(self, scheme, body, viscosity, drag, pressure):
         super().__init__(scheme)
         self.gravity, self.rho0 = (body.gx, body.gy, body.gz), scheme.rho0
         self.viscosity = viscosity.rate if viscosity else 0.0
         self.drag = drag.rate if drag else 0.0
+        self.repulsion = (pressure.strength / pressure.rho_rest, pressure.per_unit) if pressure else None
 
     def __call__(self, pa, dt):
         self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.viscosity, self.drag, self.rho0,
-                                         self.gravity)
+                                         self.gravity, self.repulsion)
 
 
 class Sweeps(Run):
@@ -88,9 +89,6 @@ class Sweeps(Run):
         if cylinder:
             self.options.update(depth=cylinder.depth, cylinder=(cylinder.cx, cylinder.cy, cylinder.radius,
                                                                 cylinder.bottom, cylinder.top))
-        pressure = found.get(artificial_pressure.PBFArtificialPressure)
-        if pressure:
-            self.options.update(artificial_pressure=(pressure.strength, pressure.reference))
         pull = found.get(cohesion.BubbleCohesion)
         if pull:
             self.options.update(cohesion=(pull.strength, pull.radius, pull.stiffness))

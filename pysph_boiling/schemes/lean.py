@@ -34,10 +34,10 @@ from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 __all__ = ["lean_terms", "why_general"]
 
 SWEEP_PLACES = ("density.multiplier", "density.correction", "density.pull", "density.move")
-IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFArtificialPressure, PBFBoundaryCorrection, PBFBoundaryDensity,
-             PBFBoxContainer, PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
+             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
-IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag)
+IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure)
 
 
 def why_general(scheme, arrays):

@@ -35,7 +35,7 @@ CASES = {
     "cylinder": ("cylinder", 3, dict(container=CylinderContainer(
         centre=(0.5, 0.5), radius=0.45, bottom=0.0, top=1.0)), {}),
 }
-STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "pressed": ("density",),
+STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "pressed": ("forces",),
           "cylinder": ("density",)}
 
 

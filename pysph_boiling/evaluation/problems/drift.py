@@ -6,13 +6,14 @@ from typing import ClassVar
 import numpy as np
 from pysph.base import kernels
 from pysph.base.nnps import DomainManager
+from scipy.spatial import cKDTree
 
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, positions
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects import ArtificialPressure, BoxContainer, DensityConstraint, XSPHViscosity
 
 __all__ = ["PeriodicBox", "SloshingTank", "StillWater"]
 
@@ -44,6 +45,7 @@ class SloshingTank(Problem):
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = None
+    artificial_pressure: ArtificialPressure | None = None
     settle: float = 12.0
     periods: float = 1.1
 
@@ -53,7 +55,8 @@ class SloshingTank(Problem):
         scheme = BoilingScheme(
             ["fluid"], ["wall"], dim=2, spacing=spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
-            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity)
+            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
+            artificial_pressure=self.artificial_pressure)
         common = dict(spacing=spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (self.length, self.depth, 0.0), **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
@@ -147,7 +150,10 @@ class StillWater(Problem):
 
     Errors: ``speed``, root mean square over sqrt(g spacing), the mean over the last fifth of the time; ``difference``,
     the largest distance of a particle in the two runs at the end, in spacings. Facts: ``sweeps`` per step; ``density``,
-    the mean density error as reported by the sweeps, over the last fifth of the time.
+    the mean density error as reported by the sweeps, over the last fifth of the time; and at the end ``row``, the
+    number of particles per spacing^dim in the densest layer of half a spacing near the surface, 2 for a layer of the
+    lattice; ``nearest``, the distance to the nearest particle, in spacings, below which 1 % are; and
+    ``level``, twice the mean height of the particles over the height of the filling.
     """
 
     title: ClassVar[str] = "still water"
@@ -160,10 +166,22 @@ class StillWater(Problem):
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = field(default_factory=XSPHViscosity)
+    artificial_pressure: ArtificialPressure | None = None
     duration: float = 40.0
     disturbance: float = 1e-14
 
     SAMPLES: ClassVar[int] = 40
+    LAYER: ClassVar[float] = 0.5  # spacings
+
+    def structure(self, fluid):
+        """The facts ``row``, ``nearest`` and ``level`` of the fluid where it is now."""
+        x = positions(fluid) / self.spacing
+        height = np.sort(x[:, self.dim - 1])
+        floors = height[height > height[-1] - 2.0]
+        number = np.searchsorted(height, floors + self.LAYER) - np.searchsorted(height, floors)
+        distance, _ = cKDTree(x).query(x, k=2)
+        return dict(row=float(number.max() / (self.LAYER * self.cells ** (self.dim - 1))),
+                    nearest=float(np.quantile(distance[:, 1], 0.01)), level=float(2.0 * height.mean() / self.cells))
 
     def release(self, disturbance):
         """Stepper of the tank whose particles are displaced by up to ``disturbance`` spacings, and the fluid."""
@@ -172,7 +190,8 @@ class StillWater(Problem):
         scheme = BoilingScheme(
             ["fluid"], ["wall"], dim=self.dim, spacing=self.spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=self.dim), density=self.density,
-            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity)
+            container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
+            artificial_pressure=self.artificial_pressure)
         common = dict(spacing=self.spacing, dim=self.dim, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (*[size] * self.dim, *flat), jitter=0.01, **common)
         moves = disturbance * self.spacing * np.random.default_rng(1).uniform(-1.0, 1.0, (self.dim, len(fluid.x)))
@@ -202,4 +221,5 @@ class StillWater(Problem):
             seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count, particles=len(fluid.x),
             curves={"t/t* [-]": np.array(t), "speed/√(g dx) [-]": np.array(speed), "difference/dx [-]": np.array(
                 difference)},
-            facts=dict(sweeps=float(np.mean(sweeps)), density=float(np.mean(density[-last * every:]))))
+            facts=dict(sweeps=float(np.mean(sweeps)), density=float(np.mean(density[-last * every:])),
+                       **self.structure(fluid)))

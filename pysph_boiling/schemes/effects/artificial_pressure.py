@@ -12,16 +12,16 @@ __all__ = ["ArtificialPressure"]
 
 @dataclass(frozen=True, kw_only=True)
 class ArtificialPressure(Effect):
-    """The artificial pressure of Position Based Fluids between fluid particles. Without gravity there is none."""
+    """The artificial pressure of Position Based Fluids, as a force between fluid particles; without gravity, none."""
 
     slot: ClassVar[str] = "artificial_pressure"
     title: ClassVar[str] = "artificial pressure"
     requires: ClassVar[tuple[str, ...]] = ("density",)
-    strength: float = param(20.0, "-", "k (t*/dt)^2/spacing^2 of Macklin & Müller's k, t* = sqrt(spacing/|g|)", low=0.0,
-                            may_change=True)
+    strength: float = param(20.0, "-", "s/(|g| spacing), which is k/spacing^2 (t*/dt)^2 with Macklin & Müller's k",
+                            low=0.0, may_change=True)
 
     def terms(self, scene, fluid):
         lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
-        yield Term("density.correction", PBFArtificialPressure(
+        yield Term("forces.sum", PBFArtificialPressure(
             fluid, list(scene.fluids), rho_rest=scene.rho0 * lattice, kernel=scene.kernel,
             hdx=scene.h / scene.spacing, strength=self.strength * scene.g * scene.spacing))
