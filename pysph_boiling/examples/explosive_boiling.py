@@ -20,6 +20,7 @@ from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
+    ArtificialPressure,
     BoxContainer,
     BubbleLabels,
     Buoyancy,
@@ -87,6 +88,7 @@ class ExplosiveBoiling(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
+            artificial_pressure=ArtificialPressure(),
             heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
             dynamic_nucleation=DynamicNucleation(
