@@ -23,8 +23,8 @@ from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 __all__ = [
-    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "STRENGTH", "WIDTH", "Kernels", "close", "cloud", "column",
-    "compile_kernels", "inside_box", "pairs", "reset", "tank",
+    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "STRENGTH", "WIDTH", "Kernels", "close", "cloud",
+    "column", "compile_kernels", "inside_box", "pairs", "reset", "tank",
 ]
 
 ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones

@@ -48,6 +48,7 @@ def mutants(module, *tests):
     return mutant
 
 
+pressure = mutants("artificial_pressure", "compiled/test_artificial_pressure.py")
 groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
 buoyancy = mutants("buoyancy", "compiled/test_buoyancy.py")
 cohesion = mutants("cohesion", "compiled/test_cohesion.py")
@@ -76,6 +77,10 @@ venting = mutants("venting", "compiled/test_venting.py")
 viscosity = mutants("viscosity", "compiled/test_viscosity.py")
 
 MUTANTS = (  # --quick takes the first of each module
+    pressure("artificial pressure attracts", "d_av[d_idx] -= f * ay", "d_av[d_idx] += f * ay"),
+    pressure("third power", "* f*f*f*f\n", "* f*f*f\n"),
+    pressure("reference distance x 2", "DISTANCE / hdx", "2.0*DISTANCE / hdx"),
+    pressure("the neighbour's mass dropped", "f = s_m[j] * h1", "f = h1"),
     groups("link radius x 2", "rz*rz < self.radius2:", "rz*rz < 4.0*self.radius2:"),
     groups("label is an index, not a uid", "= d_uid[d_parent[d_idx]]\n", "= d_parent[d_idx]\n"),
     groups("one round only", "self.conv = 1.0 if changed == 0 else -1.0", "self.conv = 1.0"),
@@ -151,7 +156,9 @@ MUTANTS = (  # --quick takes the first of each module
     exchange("conduction: the last neighbours left out", "if (n > 0) add_heat", "if (n < 0) add_heat"),
     exchange("conduction: sign", "(sum->T - lanes_values(T, neighbours))", "(sum->T + lanes_values(T, neighbours))"),
     exchange("viscosity: sign of the neighbour's velocity", "f*(sum->v - moves.y)", "f*(sum->v + moves.y)"),
-    exchange("drag: everywhere", "drag*(other*other)", "drag"),
+    exchange("drag: everywhere", "lanes(forces->drag)*(other*other)", "lanes(forces->drag)"),
+    exchange("artificial pressure: third power", "(w2*w2) * counted", "(w2*w) * counted"),
+    exchange("artificial pressure attracts", "sum->ay += g*p.dy", "sum->ay -= g*p.dy"),
     expansion("ramp x 2", "most = self.rate * dt", "most = 2.0*self.rate * dt"),
     expansion("liquid swells too", "if d_phase[d_idx] == 3:", "if d_phase[d_idx] >= 0:"),
     heat("conduction x 1/2", "k = 4.0 * d_k", "k = 2.0 * d_k"),

@@ -30,10 +30,10 @@ from pysph_boiling.schemes.effects import (
 )
 
 BOIL = dict(
-    container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure(), heat=HeatConduction(),
-    heater=Heater(temperature=433.15), phases=PhaseChange(), preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(),
-    condensation=Condensation(), pooling=LatentPooling(), buoyancy=Buoyancy(), cohesion=Cohesion(),
-    adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
+    container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure(),
+    heat=HeatConduction(), heater=Heater(temperature=433.15), phases=PhaseChange(),
+    preset_nucleation=PresetNucleation(), bubbles=BubbleLabels(), condensation=Condensation(), pooling=LatentPooling(),
+    buoyancy=Buoyancy(), cohesion=Cohesion(), adhesion=SiteAdhesion(), drag=Drag(), venting=Venting(),
 )  # what examples/steady_boiling.py uses, so that both share their compiled modules
 
 WARM = dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0), heat=HeatConduction(),

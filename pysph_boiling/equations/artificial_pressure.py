@@ -31,8 +31,8 @@ class PBFArtificialPressure(Equation):
     strength : float        s [m^2/s^2], >= 0.
 
     Reads    d_h, s_h [m], s_m [kg], positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
-    Errors   ValueError if rho_rest <= 0, hdx <= 0 or strength < 0.   Limits   Walls do not repel. Explicit: with 20 g dx
-    it is stable in steps of up to 0.2 t*.
+    Errors   ValueError if rho_rest <= 0, hdx <= 0 or strength < 0.
+    Limits   Walls do not repel. Explicit: with s = 20 g dx water is calm in steps of up to 0.2 t*.
     """
 
     def __init__(self, dest, sources, rho_rest, kernel, hdx, strength):

@@ -70,9 +70,10 @@ class HeatConductionClearyMonaghanLean(HostSum):
 
 
 class PBFForcesLean(HostSum):
-    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag` and :class:`PBFArtificialPressure` in one sum.
+    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag` and :class:`PBFArtificialPressure` in one.
 
-    It is for uniform m and h. Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes first in the force stage.
+    It is for uniform m and h. Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes
+    first in the force stage.
     """
 
 

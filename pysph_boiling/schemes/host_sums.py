@@ -55,7 +55,7 @@ class Labels(Run):
 
 
 class Forces(Run):
-    """Gravity, what viscosity and drag even out, and artificial pressure; all but ``body`` are equations or ``None``."""
+    """Gravity, what viscosity and drag even out, and artificial pressure; each but ``body`` may be ``None``."""
 
     def __init__(self, scheme, body, viscosity, drag, pressure):
         super().__init__(scheme)

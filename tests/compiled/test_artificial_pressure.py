@@ -67,8 +67,8 @@ def test_pair_at_the_reference_distance_parts_with_the_strength(kernels):
 def test_surface_of_a_pool_is_no_denser_than_twice_its_bulk(dim, dt_factor):
     """Without it a dense row forms, and particles pair; the level is the same to a twentieth of a spacing."""
     found = []
-    for effect in (None, ArtificialPressure()):
-        pool = StillWater(dim=dim, cells={2: 24, 3: 10}[dim], dt_factor=dt_factor, artificial_pressure=effect,
+    for strength in (0.0, ArtificialPressure().strength):
+        pool = StillWater(dim=dim, cells={2: 24, 3: 10}[dim], dt_factor=dt_factor, artificial_pressure=strength,
                           density=DensityConstraint(max_sweeps=4, tolerance=5e-3))
         stepper, fluid = pool.release(0.0)
         stepper.step(round(20.0 / dt_factor))

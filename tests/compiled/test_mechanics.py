@@ -14,6 +14,7 @@ from pysph_boiling.phases import Phase
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
+    ArtificialPressure,
     Buoyancy,
     Cohesion,
     DensityConstraint,
@@ -71,8 +72,8 @@ def test_every_part_of_a_boil_closes():
     last = rows[-1]
     assert last["n_vented"] >= 5 and last["n_refilled"] >= 1 and last["n_pushed"] >= 3
     parts = MechanicalLedger().booked(stepper.scheme.scene())
-    for part in ("gravity", "density", "expansion", "viscosity", "buoyancy", "cohesion", "drag", "vented",
-                 "oscillation"):
+    for part in ("gravity", "density", "expansion", "viscosity", "artificial_pressure", "buoyancy", "cohesion",
+                 "drag", "vented", "oscillation"):
         assert part in parts and last[f"work_{part}"] != 0.0, part
     assert last["work_viscosity"] < 0.0 and last["work_vented"] < 0.0 and last["work_drag"] < 0.0
     start, moved = float(fluid.kinetic_start[0]), float(fluid.work_moved[0])
@@ -91,7 +92,7 @@ def test_split_steps_close_too():
 
 def test_falling_block():
     """Free fall: gravity does m g h, the kinetic energy lacks m g^2 dt^2/2 a step, which the finite step took."""
-    stepper, fluid, row = vessel(fill=4, bubble=0.0, aside=3.0)
+    stepper, fluid, row = vessel(fill=4, bubble=0.0, aside=3.0, artificial_pressure=ArtificialPressure(strength=0.0))
     fluid.y[:] += 3.0 * DX
     fluid.u[:] = fluid.v[:] = 0.0
     for name in ("au", "av"):  # as at rest: only gravity acts

@@ -141,7 +141,8 @@ def test_mechanical_ledger_adds_what_it_owns(effects):
     before = make(effects=effects, lean=False)
     after = make(effects={**effects, "mechanics": MechanicalLedger()})
     swells = "expansion" in effects
-    owners = {"density", "viscosity", "preset_nucleation", "buoyancy", "adhesion", "drag", "venting"}
+    owners = {"density", "viscosity", "artificial_pressure", "preset_nucleation", "buoyancy", "adhesion", "drag",
+              "venting"}
     parts = owners | {"gravity", "vented", "container", "cohesion"} | ({"expansion"} if swells else set())
     for what, own in (
         (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, {"PBFPressure"} if swells else set()),

@@ -44,7 +44,7 @@ def test_choice():
     assert {m.module for m in mutants.chosen(only="heat")} == {"heat"}
     assert [m.module for m in mutants.chosen(quick=True)] == sorted(MODULES)
     assert len(mutants.chosen(only="heat", quick=True)) == 1
-    with pytest.raises(ValueError, match="no mutants of 'cold'; there are of: bubble_groups"):
+    with pytest.raises(ValueError, match="no mutants of 'cold'; there are of: artificial_pressure"):
         mutants.chosen(only="cold")
 
 

@@ -273,7 +273,7 @@ def sloshing(quick):
         "tolerance": until(1e-2, 1e-3), "under-relaxation": along("density.omega", 0.5, 0.9),
         "kernel": [{**CUBIC, "hdx": 1.5}, {**QUINTIC, "hdx": 1.2}, {**QUINTIC, "hdx": 1.5}],
         "acceleration": along("density.chebyshev_radius", 0.9, 0.97), "skin": along("density.skin", 0.2),
-        "spacing": along("cells", 20, 80),
+        "spacing": along("cells", 20, 80), "artificial pressure": along("artificial_pressure", 20.0),
     }, trends=(Trend("spacing", "cells", tuple(along("cells", 20, 40, 80)), finer="larger"),))
 
 
@@ -287,6 +287,7 @@ def still_water(quick):
         "steps and sweeps": together(along("dt_factor", 0.14, 0.07, 0.035), fixed_sweeps(2, 4, 8)),
         "under-relaxation": along("density.omega", 0.3, 0.7), "kernel": [{"hdx": 1.0}, {**QUINTIC, "hdx": 1.2}],
         "2-D": [flat, *together([flat], fixed_sweeps(2, 4))],
+        "artificial pressure": together([{}, flat], along("artificial_pressure", 20.0)),
     })
 
 

@@ -20,13 +20,19 @@ __all__ = ["PeriodicBox", "SloshingTank", "StillWater"]
 GRAVITY = 9.81
 
 
+def repulsion(strength):
+    """Artificial pressure of that strength [-]; none if it is 0."""
+    return ArtificialPressure(strength=strength) if strength else None
+
+
 @dataclass(frozen=True, kw_only=True)
 class SloshingTank(Problem):
     """Water in a closed 2-D tank without viscosity is set in motion with the velocities of its lowest standing wave.
 
     The tank is ``length`` [m] or ``cells`` particles long, and the water is ``depth`` [m] deep. ``surface`` is the
     largest speed of the surface over sqrt(g depth); ``dt_factor`` is the time step over t* = sqrt(spacing/g). The water
-    first settles for ``settle`` sqrt(depth/g) and is then observed for ``periods`` of the wave.
+    first settles for ``settle`` sqrt(depth/g) and is then observed for ``periods`` of the wave. ``artificial_pressure``
+    is its strength; with 0 there is none.
 
     Errors relative to the initial kinetic energy, both 0 in the ideal case: ``gain``, the largest increase of kinetic
     plus potential energy; ``loss``, the energy lost after one period, which the sweeps dissipate. ``period`` is
@@ -45,7 +51,7 @@ class SloshingTank(Problem):
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = None
-    artificial_pressure: ArtificialPressure | None = None
+    artificial_pressure: float = 0.0
     settle: float = 12.0
     periods: float = 1.1
 
@@ -56,7 +62,7 @@ class SloshingTank(Problem):
             ["fluid"], ["wall"], dim=2, spacing=spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
             container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
-            artificial_pressure=self.artificial_pressure)
+            artificial_pressure=repulsion(self.artificial_pressure))
         common = dict(spacing=spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (self.length, self.depth, 0.0), **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
@@ -145,15 +151,15 @@ class StillWater(Problem):
     """A lattice of water is released in an open tank and comes to rest, twice: the second time slightly disturbed.
 
     The tank is ``cells`` spacings wide and filled to the same height; ``dt_factor`` is the time step over
-    t* = sqrt(spacing/g). The water is observed for ``duration`` t*. At the start of the second run its particles are
-    displaced by up to ``disturbance`` spacings.
+    t* = sqrt(spacing/g). ``artificial_pressure`` is its strength; with 0 there is none. The water is observed for
+    ``duration`` t*. At the start of the second run its particles are displaced by up to ``disturbance`` spacings.
 
     Errors: ``speed``, root mean square over sqrt(g spacing), the mean over the last fifth of the time; ``difference``,
     the largest distance of a particle in the two runs at the end, in spacings. Facts: ``sweeps`` per step; ``density``,
     the mean density error as reported by the sweeps, over the last fifth of the time; and at the end ``row``, the
     number of particles per spacing^dim in the densest layer of half a spacing near the surface, 2 for a layer of the
-    lattice; ``nearest``, the distance to the nearest particle, in spacings, below which 1 % are; and
-    ``level``, twice the mean height of the particles over the height of the filling.
+    lattice; ``nearest``, the distance to the nearest particle, in spacings, below which 1 % are; and ``level``, twice
+    the mean height of the particles over the height of the filling.
     """
 
     title: ClassVar[str] = "still water"
@@ -166,7 +172,7 @@ class StillWater(Problem):
     hdx: float = 1.2
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = field(default_factory=XSPHViscosity)
-    artificial_pressure: ArtificialPressure | None = None
+    artificial_pressure: float = 0.0
     duration: float = 40.0
     disturbance: float = 1e-14
 
@@ -191,7 +197,7 @@ class StillWater(Problem):
             ["fluid"], ["wall"], dim=self.dim, spacing=self.spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=self.dim), density=self.density,
             container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
-            artificial_pressure=self.artificial_pressure)
+            artificial_pressure=repulsion(self.artificial_pressure))
         common = dict(spacing=self.spacing, dim=self.dim, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (*[size] * self.dim, *flat), jitter=0.01, **common)
         moves = disturbance * self.spacing * np.random.default_rng(1).uniform(-1.0, 1.0, (self.dim, len(fluid.x)))

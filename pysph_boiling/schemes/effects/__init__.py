@@ -30,11 +30,11 @@ from pysph_boiling.schemes.effects.mechanics import MechanicalLedger
 from pysph_boiling.schemes.effects.installed import load_installed
 
 __all__ = [
-    "AmbientLoss", "ArtificialPressure", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column", "Condensation", "Convection",
-    "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow",
-    "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange",
-    "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot", "Venting",
-    "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined", "heat_step_limit", "param",
+    "AmbientLoss", "ArtificialPressure", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column",
+    "Condensation", "Convection", "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS",
+    "Effect", "Expansion", "Flow", "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger",
+    "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot",
+    "Venting", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined", "heat_step_limit", "param",
     "sum_over", "totals",
 ]
 
