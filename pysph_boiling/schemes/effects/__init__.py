@@ -33,9 +33,9 @@ __all__ = [
     "AmbientLoss", "ArtificialPressure", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column",
     "Condensation", "Convection", "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS",
     "Effect", "Expansion", "Flow", "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger",
-    "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot",
-    "Venting", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined", "heat_step_limit", "param",
-    "sum_over", "totals",
+    "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage",
+    "Snapshot", "Venting", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined",
+    "heat_step_limit", "param", "sum_over", "totals",
 ]
 
 load_installed()
