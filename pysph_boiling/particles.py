@@ -369,36 +369,65 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
     return wall_array(points, spacing=spacing, dim=3, rho0=rho0, kernel=kernel, hdx=hdx, name=name, heated=heated)
 
 
-def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
+def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0, apart=0.0):
     """Positions (count, 3) [m] of preset nucleation sites on the floor of the box ``lower`` .. ``upper`` [m].
 
-    ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid). ``"random"`` draws each from
-    ``seed`` within its own cell of that grid, so that two sites never coincide.
+    ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid). ``"random"`` draws them one
+    after another from ``seed``, uniformly over the floor, and draws again what is nearer than ``apart`` [m] to one that
+    stands already (random sequential addition).
+
+    Errors: ``ValueError`` for random sites that do not fit at this distance.
     """
     count = whole_number("the number of nucleation sites", count, low=1)
     if pattern not in ("regular", "random"):
         raise ValueError(f"pattern of sites must be 'regular' or 'random', got {pattern!r}")
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
+    points = np.zeros((count, 3))
+    points[:, dim - 1] = lower[dim - 1]
+    if pattern == "random":
+        points[:, :dim - 1] = _places_apart(count, lower[:-1], upper[:-1], apart, seed)
+        return points
     rows = 1 if dim == 2 else int(np.floor(np.sqrt(count) + 1e-9))
     per_row = np.full(rows, count // rows)
     per_row[: count % rows] += 1
-    place = np.array([((i + 0.5) / n, (row + 0.5) / rows, 1.0 / n, 1.0 / rows)
-                      for row, n in enumerate(per_row) for i in range(n)])
-    unit = place[:, :2].copy()
-    if pattern == "random":
-        unit += place[:, 2:] * np.random.default_rng(seed).uniform(-0.35, 0.35, unit.shape)
-    points = np.zeros((count, 3))
+    unit = np.array([((i + 0.5) / n, (row + 0.5) / rows) for row, n in enumerate(per_row) for i in range(n)])
     points[:, 0] = lower[0] + unit[:, 0] * (upper - lower)[0]
     if dim == 3:
         points[:, 1] = lower[1] + unit[:, 1] * (upper - lower)[1]
-    points[:, dim - 1] = lower[dim - 1]
     return points
 
 
-def site_array(points, *, reach, spacing, radius_scale=2.0, name="sites"):
-    """An array of preset nucleation sites at ``points`` (n, 3) [m]; ``reach`` [m] is the largest radius of action."""
+def _places_apart(count, lower, upper, apart, seed, tries=1000):
+    """Random places (count, axes) [m] in the box ``lower`` .. ``upper`` (axes,), at least ``apart`` [m] apart."""
+    random, places = np.random.default_rng(seed), np.empty((0, len(lower)))
+    for place in random.uniform(lower, upper, (tries * count, len(lower))):
+        if np.all(np.linalg.norm(places - place, axis=1) >= apart):
+            places = np.vstack([places, place])
+            if len(places) == count:
+                return places
+    raise ValueError(f"{count} nucleation sites do not fit at random at least {apart:.4g} m apart on the base; "
+                     f"{len(places)} found a place: take fewer, a wider base, or the pattern 'regular'")
+
+
+def site_array(points, *, reach, spacing, activation=0.0, radius_scale=2.0, name="sites"):
+    """An array of preset nucleation sites at ``points`` (n, 3) [m]; ``reach`` [m] is the largest radius of action.
+
+    ``activation`` [K], a number or (n,), is the activation superheat: a site acts on liquid that is at least this much
+    above saturation. It is 0 K for a site that is always active. :mod:`pysph_boiling.cavities` draws it for cavities.
+
+    Errors: ``ValueError`` for a reach that is not positive, and for activation superheats of another shape, below 0 K
+    or not finite.
+    """
     points = _check_points(name, points, spacing)
     if not reach > 0.0:
         raise ValueError(f"reach of the sites must be > 0 m, got {reach} m")
     x, y, z = points.T
-    return _host_array(name=name, x=x, y=y, z=z, h=reach / radius_scale, m=1.0)  # PySPH wants a mass; unused
+    activation = np.asarray(activation, dtype=float)
+    if activation.shape not in ((), x.shape):
+        raise ValueError(f"activation of '{name}' must be a number or have shape {x.shape}, got {activation.shape}")
+    if not np.all((activation >= 0.0) & np.isfinite(activation)):
+        raise ValueError(f"activation superheats of '{name}' must be finite and >= 0 K, got {activation}")
+    pa = _host_array(name=name, x=x, y=y, z=z, h=reach / radius_scale, m=1.0)  # PySPH wants a mass; unused
+    pa.add_property("activation")
+    pa.activation[:] = activation
+    return pa

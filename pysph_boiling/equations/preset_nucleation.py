@@ -4,7 +4,7 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-__all__ = ["NucleationSiteAttraction", "NucleationSiteCondition"]
+__all__ = ["NucleationActivation", "NucleationDormancy", "NucleationSiteAttraction", "NucleationSiteCondition"]
 
 
 class NucleationSiteCondition(Equation):
@@ -29,6 +29,101 @@ class NucleationSiteCondition(Equation):
     def loop(self, d_idx, s_idx, d_kinetic, RIJ):
         if RIJ < self.radius:
             d_kinetic[d_idx] = 1
+
+
+class NucleationActivation(Equation):
+    r"""Wakes a dormant site when liquid at it is hot enough, and puts it to sleep when its bubble has departed.
+
+    A site is dormant (``awake`` 0) until liquid within ``radius`` that is not in transition has
+
+    .. math::  e - e_{lat} \ge c_l \Delta T_a, \qquad \Delta T_a = \frac{2 \sigma T_{sat}}{\rho_v L r},
+
+    with the site's activation superheat dT_a (property ``activation``). Then it is awake (1), and has a bubble (2) as
+    soon as there is vapour between ``radius`` and ``reach``. When no vapour is left there, the bubble has departed, and
+    the vapour that may be left within ``radius`` is the embryo in the cavity; the site is dormant again. It is also
+    dormant again if there is neither vapour nor liquid at or above saturation within ``radius``.
+
+    Source: Griffith & Wallis 1960 and Hsu 1962 for the activation superheat, Hsu 1962 for the waiting time, which ends
+    when the liquid at the embryo is hot enough; the states are ours.
+
+    Parameters
+    ----------
+    radius : float   Radius of a site [m], > 0.
+    reach : float    Distance from the site up to which vapour is a bubble of the site [m], > radius.
+    c_l : float      Specific heat capacity of liquid [J/(kg K)].
+
+    Reads    d_activation [K], s_phase, s_e, s_e_lat [J/kg], positions.   Writes   d_awake, own index only.
+    Needs    PhaseEdges in an earlier group.   Errors   ValueError if radius <= 0 or reach <= radius.
+    """
+
+    def __init__(self, dest, sources, radius, reach, c_l):
+        if not 0.0 < radius < reach:
+            raise ValueError(f"radius and reach of a site must satisfy 0 < radius < reach, got {radius} m and {reach} m")
+        self.radius2 = float(radius) * float(radius)
+        self.reach2 = float(reach) * float(reach)
+        self.c_l = float(c_l)
+        super().__init__(dest, sources)
+
+    def loop_all(self, d_idx, d_activation, d_awake, d_x, d_y, d_z, s_phase, s_e, s_e_lat, s_x, s_y, s_z, NBRS, N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        hot = declare('int')
+        bubble = declare('int')
+        embryo = declare('int')
+        hot = 0
+        bubble = 0
+        embryo = 0
+        for i in range(N_NBRS):
+            s_idx = NBRS[i]
+            rx = d_x[d_idx] - s_x[s_idx]
+            ry = d_y[d_idx] - s_y[s_idx]
+            rz = d_z[d_idx] - s_z[s_idx]
+            r2 = rx*rx + ry*ry + rz*rz
+            if r2 < self.radius2:
+                if s_phase[s_idx] != 0:
+                    embryo = 1
+                if s_phase[s_idx] == 2:
+                    if s_e[s_idx] - s_e_lat[s_idx] >= self.c_l * d_activation[d_idx]:
+                        hot = 1
+            elif r2 < self.reach2:
+                if s_phase[s_idx] == 3:
+                    bubble = 1
+        if d_awake[d_idx] == 0:
+            if hot == 1:
+                d_awake[d_idx] = 1
+        else:
+            if bubble == 1:
+                d_awake[d_idx] = 2
+            else:
+                if d_awake[d_idx] == 2:
+                    d_awake[d_idx] = 0
+                if embryo == 0:
+                    d_awake[d_idx] = 0
+
+
+class NucleationDormancy(Equation):
+    """The kinetic condition fails within ``reach`` of a dormant site, also next to the vapour at it.
+
+    Source: ours, after Hsu 1962: an embryo that has stayed in the cavity does not grow before the site is active.
+
+    Parameters
+    ----------
+    reach : float   Distance from the site up to which it acts [m], > 0.
+
+    Reads    s_awake, positions.   Writes   d_kinetic, own index only.
+    Needs    PhaseVapourCondition and NucleationSiteCondition in an earlier group.   Errors   ValueError if reach <= 0.
+    """
+
+    def __init__(self, dest, sources, reach):
+        if not reach > 0.0:
+            raise ValueError(f"reach of a dormant site must be > 0 m, got {reach} m")
+        self.reach = float(reach)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_kinetic, s_awake, RIJ):
+        if RIJ < self.reach:
+            if s_awake[s_idx] == 0:
+                d_kinetic[d_idx] = 0
 
 
 class NucleationSiteAttraction(Equation):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pysph_boiling.cavities import activation_superheat, cavity_radii
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
@@ -51,6 +52,8 @@ class SteadyBoilingParameters(SceneParameters):
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
     sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
+    smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+                                   "at saturation", low=0.0)
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
     time_scaling: float = param(800.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
@@ -85,7 +88,7 @@ class SteadyBoiling(SceneApplication):
             heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
             phases=PhaseChange(),
-            preset_nucleation=PresetNucleation(),
+            preset_nucleation=PresetNucleation(activation=p.smallest_cavity > 0.0),
             bubbles=BubbleLabels(),
             condensation=Condensation(),
             pooling=LatentPooling(),
@@ -105,8 +108,17 @@ class SteadyBoiling(SceneApplication):
         middle, half = 0.5 * p.width * p.spacing, 0.5 * p.heated * p.width * p.spacing
         base_lower, base_upper = [middle - half] * 3, [middle + half] * 3
         base_lower[p.dim - 1] = base_upper[p.dim - 1] = 0.0
-        points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed)
-        return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing)]
+        points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed,
+                               apart=PresetNucleation.MIN_SITE_SPACING[p.dim] * p.spacing)
+        return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing,
+                                        activation=self.activation(p))]
+
+    def activation(self, p):
+        """Activation superheats of the sites [K], a number or (sites,)."""
+        if p.smallest_cavity == 0.0:
+            return 0.0
+        radii = cavity_radii(p.sites, smallest=p.smallest_cavity, seed=[p.seed, 1])  # a stream of its own
+        return activation_superheat(radii, WATER_1ATM)
 
     def start_temperature(self, p):
         return WATER_1ATM.T_sat - p.subcooling

@@ -65,7 +65,9 @@ STAGES = (
     Stage("phases", "some liquid at or above saturation", (
         Block((
             GroupSpec("kinetic", "kinetic condition"),
+            GroupSpec("dormant", "no kinetic condition at dormant sites"),
             GroupSpec("edges", "state machine", ("phase", "T")),
+            GroupSpec("activate", "sites wake and fall asleep", ("awake",)),
         )),
         Block((
             GroupSpec("occupied", "sites that hold a bubble, the nearest site of each particle", ("site", "site_r2")),

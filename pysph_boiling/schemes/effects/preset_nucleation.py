@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from pysph_boiling.equations import preset_nucleation
 from pysph_boiling.names import SchemeError
+from pysph_boiling.particles import Property
 from pysph_boiling.schemes.effects.base import Effect, Rule, param
 from pysph_boiling.schemes.stages import Term
 
@@ -17,7 +18,14 @@ __all__ = ["PresetNucleation"]
 
 @dataclass(frozen=True, kw_only=True)
 class PresetNucleation(Effect):
-    """Preset nucleation sites: the kinetic condition near them, and their attraction of liquid."""
+    """Preset nucleation sites: the kinetic condition near them, and their attraction of liquid.
+
+    With ``activation`` each site has an activation superheat (``site_array(activation=...)``). It is dormant until a
+    particle of liquid at it is that much above saturation, and again when its bubble has departed. The criterion of Hsu
+    1962 is about the liquid at the tip of an embryo, which is far smaller than a particle, so each particle is compared
+    and not the mean over the radius of a site, which would count a second, colder layer. A bubble leaves some vapour at
+    its site; it is the embryo in the cavity, and does not grow as long as the site is dormant.
+    """
 
     slot: ClassVar[str] = "preset_nucleation"
     title: ClassVar[str] = "preset nucleation sites"
@@ -27,6 +35,8 @@ class PresetNucleation(Effect):
     attraction: float = param(0.5, "-", "attraction of liquid by a site, in units of gravity", low=0.0)
     attraction_radius: float = param(2.4, "-", "range of the attraction, in spacings; beyond the kernel support it "
                                      "slows down the neighbour search of the scene", above=0.0)
+    activation: bool = param(False, "-", "sites are dormant until the liquid at them reaches their activation superheat")
+    dormant_radius: float = param(2.4, "-", "radius within which nothing boils at a dormant site, in spacings", above=0.0)
 
     # Distance between sites, in spacings, from which bubbles depart, measured with steady_boiling and its adhesion: no
     # bubbles in 3 s at 2.33 and 2.62 (2-D, two starts each) and in 2.5 s at 2.33 (3-D); 3 and 4 bubbles at 3.0 (2-D),
@@ -36,7 +46,8 @@ class PresetNucleation(Effect):
     @property
     def reach(self):
         """Largest radius at which a site acts, in spacings."""
-        return max(self.radius, self.attraction_radius if self.attraction else 0.0)
+        return max(self.radius, self.attraction_radius if self.attraction else 0.0,
+                   self.dormant_radius if self.activation else 0.0)
 
     def check(self, scene, arrays):
         if not scene.sites:
@@ -71,6 +82,15 @@ class PresetNucleation(Effect):
                 f"{apart.min():.3g}: their vapour may merge into a film on the base, from which no bubble departs; use "
                 "fewer sites, or place them farther apart", stacklevel=2)
 
+    def site_properties(self, scene):
+        if not self.activation:
+            return ()
+        return (
+            Property("activation", "K", "activation superheat", state=True),
+            Property("awake", "-", "0 while the site is dormant, 1 while it is active, 2 while it has a bubble", "int",
+                     True),
+        )
+
     def tools(self, scheme):
         from pysph_boiling.schemes.bubbles import Departures
 
@@ -81,6 +101,14 @@ class PresetNucleation(Effect):
         if scene.effects["phases"].kinetic == "site":
             yield Term("phases.kinetic", preset_nucleation.NucleationSiteCondition(
                 fluid, list(scene.sites), radius=self.radius * scene.spacing))
+            if self.activation:
+                reach = self.dormant_radius * scene.spacing
+                yield Term("phases.dormant", preset_nucleation.NucleationDormancy(
+                    fluid, list(scene.sites), reach=reach))
+                for site in scene.sites if fluid == scene.fluids[0] else ():
+                    yield Term("phases.activate", preset_nucleation.NucleationActivation(
+                        site, list(scene.fluids), radius=self.radius * scene.spacing, reach=reach,
+                        c_l=scene.material.c_l))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,

@@ -1,0 +1,50 @@
+"""Cavities of a heated surface: their radii, and the superheat from which each of them makes bubbles.
+
+Example: four cavities of water whose smallest radius is at least 1 um.
+
+>>> from pysph_boiling.cavities import activation_superheat, cavity_radii
+>>> from pysph_boiling.materials import WATER_1ATM
+>>> radii = cavity_radii(4, smallest=1e-6, seed=1)
+>>> (1e6 * radii).round(2)  # um
+array([])
+>>> activation_superheat(radii, WATER_1ATM).round(1)  # K
+array([])
+"""
+import numpy as np
+
+from pysph_boiling.names import whole_number
+
+__all__ = ["activation_superheat", "cavity_radii"]
+
+
+def cavity_radii(count, *, smallest, exponent=2.5, seed=0):
+    r"""Radii (count,) [m] of active cavities, drawn from ``seed``; the number of cavities larger than r follows a power.
+
+    .. math::  N(>r) = N \left(\frac{r_{min}}{r}\right)^m, \qquad r \ge r_{min}
+
+    ``smallest`` is r_min [m] and ``exponent`` is m [-]. With :func:`activation_superheat` the number of cavities that
+    are active at a superheat dT grows as dT^m up to the superheat of the smallest, at which all of them are.
+
+    Source: Mikic & Rohsenow 1969, with their m = 2.5.
+    Errors: ``ValueError`` for a count that is no whole number above 0, a radius or an exponent that is not positive.
+    """
+    count = whole_number("the number of cavities", count, low=1)
+    for name, value, unit in (("smallest radius of a cavity", smallest, " m"), ("exponent of cavity radii", exponent, "")):
+        if not 0.0 < value < np.inf:
+            raise ValueError(f"{name} must be > 0{unit}, got {value}{unit}")
+    return smallest * (1.0 - np.random.default_rng(seed).random(count)) ** (-1.0 / exponent)
+
+
+def activation_superheat(radius, material):
+    r"""Superheat [K] from which vapour grows out of a cavity of ``radius`` [m], a number or an array.
+
+    .. math::  \Delta T_a = \frac{2 \sigma T_{sat}}{\rho_v L r}
+
+    Source: Griffith & Wallis 1960; Hsu 1962: the liquid must be hotter than the vapour of an embryo whose pressure
+    exceeds that of the liquid by 2 sigma/r, by Clausius and Clapeyron with rho_v << rho_l.
+    Errors: ``ValueError`` for a radius that is not positive.
+    """
+    radius = np.asarray(radius, dtype=float)
+    if not np.all(radius > 0.0):
+        raise ValueError(f"radius of a cavity must be > 0 m, got {radius} m")
+    return 2.0 * material.sigma * material.T_sat / (material.rho_v * material.L * radius)
