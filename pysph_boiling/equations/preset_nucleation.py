@@ -34,45 +34,45 @@ class NucleationSiteCondition(Equation):
 class NucleationActivation(Equation):
     r"""Wakes a dormant site when liquid at it is hot enough, and puts it to sleep when its bubble has departed.
 
-    A site is dormant (``awake`` 0) until liquid within ``radius`` that is not in transition has
+    A site is dormant (``awake`` is 0) until superheated liquid within ``radius`` has reached its activation superheat:
 
-    .. math::  e - e_{lat} \ge c_l \Delta T_a, \qquad \Delta T_a = \frac{2 \sigma T_{sat}}{\rho_v L r},
+    .. math::  T \ge T_{sat} + \Delta T_a
 
-    with the site's activation superheat dT_a (property ``activation``). Then it is awake (1), and has a bubble (2) as
-    soon as there is vapour between ``radius`` and ``reach``. When no vapour is left there, the bubble has departed, and
-    the vapour that may be left within ``radius`` is the embryo in the cavity; the site is dormant again. It is also
-    dormant again if there is neither vapour nor liquid at or above saturation within ``radius``.
+    Then it is active (1). It has a bubble (2) while there is vapour between ``radius`` and ``reach``. When none is left
+    there, the bubble has departed; what vapour is left within ``radius`` is the embryo in the cavity, and the site is
+    dormant again. An active site without a bubble is also dormant again when all liquid within ``radius`` has cooled
+    below saturation.
 
-    Source: Griffith & Wallis 1960 and Hsu 1962 for the activation superheat, Hsu 1962 for the waiting time, which ends
-    when the liquid at the embryo is hot enough; the states are ours.
+    Source: Griffith & Wallis 1960 and Hsu 1962: a cavity is active, and its waiting time ends, when the liquid at the
+    embryo is hot enough. The states are ours.
 
     Parameters
     ----------
     radius : float   Radius of a site [m], > 0.
-    reach : float    Distance from the site up to which vapour is a bubble of the site [m], > radius.
-    c_l : float      Specific heat capacity of liquid [J/(kg K)].
+    reach : float    Distance up to which vapour is a bubble of the site [m], > radius.
+    T_sat : float    Saturation temperature [K].
 
-    Reads    d_activation [K], s_phase, s_e, s_e_lat [J/kg], positions.   Writes   d_awake, own index only.
+    Reads    d_activation (dT_a) [K], s_phase, s_T [K], positions.   Writes   d_awake, own index only.
     Needs    PhaseEdges in an earlier group.   Errors   ValueError if radius <= 0 or reach <= radius.
     """
 
-    def __init__(self, dest, sources, radius, reach, c_l):
+    def __init__(self, dest, sources, radius, reach, T_sat):
         if not 0.0 < radius < reach:
-            raise ValueError(f"radius and reach of a site must satisfy 0 < radius < reach, got {radius} m and {reach} m")
+            raise ValueError(f"radius and reach of a site must be 0 < radius < reach, got {radius} m and {reach} m")
         self.radius2 = float(radius) * float(radius)
         self.reach2 = float(reach) * float(reach)
-        self.c_l = float(c_l)
+        self.T_sat = float(T_sat)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_activation, d_awake, d_x, d_y, d_z, s_phase, s_e, s_e_lat, s_x, s_y, s_z, NBRS, N_NBRS):
+    def loop_all(self, d_idx, d_activation, d_awake, d_x, d_y, d_z, s_phase, s_T, s_x, s_y, s_z, NBRS, N_NBRS):
         i = declare('int')
         s_idx = declare('long')
         hot = declare('int')
         bubble = declare('int')
-        embryo = declare('int')
+        boils = declare('int')
         hot = 0
         bubble = 0
-        embryo = 0
+        boils = 0
         for i in range(N_NBRS):
             s_idx = NBRS[i]
             rx = d_x[d_idx] - s_x[s_idx]
@@ -81,9 +81,9 @@ class NucleationActivation(Equation):
             r2 = rx*rx + ry*ry + rz*rz
             if r2 < self.radius2:
                 if s_phase[s_idx] != 0:
-                    embryo = 1
+                    boils = 1
                 if s_phase[s_idx] == 2:
-                    if s_e[s_idx] - s_e_lat[s_idx] >= self.c_l * d_activation[d_idx]:
+                    if s_T[s_idx] >= self.T_sat + d_activation[d_idx]:
                         hot = 1
             elif r2 < self.reach2:
                 if s_phase[s_idx] == 3:
@@ -91,14 +91,12 @@ class NucleationActivation(Equation):
         if d_awake[d_idx] == 0:
             if hot == 1:
                 d_awake[d_idx] = 1
-        else:
-            if bubble == 1:
-                d_awake[d_idx] = 2
-            else:
-                if d_awake[d_idx] == 2:
-                    d_awake[d_idx] = 0
-                if embryo == 0:
-                    d_awake[d_idx] = 0
+        elif bubble == 1:
+            d_awake[d_idx] = 2
+        elif d_awake[d_idx] == 2:
+            d_awake[d_idx] = 0
+        elif boils == 0:
+            d_awake[d_idx] = 0
 
 
 class NucleationDormancy(Equation):

@@ -36,7 +36,8 @@ class PresetNucleation(Effect):
     attraction_radius: float = param(2.4, "-", "range of the attraction, in spacings; beyond the kernel support it "
                                      "slows down the neighbour search of the scene", above=0.0)
     activation: bool = param(False, "-", "sites are dormant until the liquid at them reaches their activation superheat")
-    dormant_radius: float = param(2.4, "-", "radius within which nothing boils at a dormant site, in spacings", above=0.0)
+    dormant_radius: float = param(2.4, "-", "radius within which no liquid enters the transition at a dormant site, in "
+                                  "spacings; larger than radius", above=0.0)
 
     # Distance between sites, in spacings, from which bubbles depart, measured with steady_boiling and its adhesion: no
     # bubbles in 3 s at 2.33 and 2.62 (2-D, two starts each) and in 2.5 s at 2.33 (3-D); 3 and 4 bubbles at 3.0 (2-D),
@@ -57,7 +58,14 @@ class PresetNucleation(Effect):
         if len(scene.sites) > 1:
             raise ValueError(f"preset_nucleation: all preset sites must be in one array, got {scene.sites}, because "
                              "liquid is attracted by the nearest site of an array")
+        if self.activation and self.dormant_radius <= self.radius:
+            raise ValueError(f"preset_nucleation.dormant_radius must be above preset_nucleation.radius = {self.radius:g} "
+                             f"spacings, got {self.dormant_radius:g}")
         for name in scene.sites:
+            if not self.activation and np.any(arrays[name].activation > 0.0):
+                raise SchemeError(f"preset_nucleation: sites '{name}' have activation superheats, which are not in use",
+                                  "pass preset_nucleation=PresetNucleation(activation=True), or make sites without them",
+                                  "give --preset-nucleation.activation yes, or sites that are alike")
             reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
             needed = max(self.reach, scene.effects["adhesion"].radius if "adhesion" in scene.effects else 0.0)
             if reach < needed * (1.0 - 1e-9):
@@ -83,13 +91,9 @@ class PresetNucleation(Effect):
                 "fewer sites, or place them farther apart", stacklevel=2)
 
     def site_properties(self, scene):
-        if not self.activation:
-            return ()
-        return (
-            Property("activation", "K", "activation superheat", state=True),
-            Property("awake", "-", "0 while the site is dormant, 1 while it is active, 2 while it has a bubble", "int",
-                     True),
-        )
+        superheat = Property("activation", "K", "activation superheat of the site", state=True)
+        state = Property("awake", "-", "0 while the site is dormant, 1 while active, 2 while it has a bubble", "int", True)
+        return (superheat, state) if self.activation else (superheat,)
 
     def tools(self, scheme):
         from pysph_boiling.schemes.bubbles import Departures
@@ -108,7 +112,7 @@ class PresetNucleation(Effect):
                 for site in scene.sites if fluid == scene.fluids[0] else ():
                     yield Term("phases.activate", preset_nucleation.NucleationActivation(
                         site, list(scene.fluids), radius=self.radius * scene.spacing, reach=reach,
-                        c_l=scene.material.c_l))
+                        T_sat=scene.material.T_sat))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
