@@ -5,10 +5,10 @@ Example: four cavities of water whose smallest radius is at least 1 um.
 >>> from pysph_boiling.cavities import activation_superheat, cavity_radii
 >>> from pysph_boiling.materials import WATER_1ATM
 >>> radii = cavity_radii(4, smallest=1e-6, seed=1)
->>> (1e6 * radii).round(2)  # um
-array([])
->>> activation_superheat(radii, WATER_1ATM).round(1)  # K
-array([])
+>>> (1e6 * radii).round(2).tolist()  # um
+[1.33, 3.33, 1.06, 3.28]
+>>> activation_superheat(radii, WATER_1ATM).round(1).tolist()  # K
+[24.4, 9.8, 30.6, 9.9]
 """
 import numpy as np
 

@@ -71,7 +71,7 @@ phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_
                 "compiled/test_modes.py")
 pooling = mutants("pooling", "compiled/test_pooling.py")
 nucleation = mutants("preset_nucleation", "compiled/test_phase_change.py",
-                     "compiled/test_preset_nucleation.py")
+                     "compiled/test_preset_nucleation.py", "compiled/test_site_activation.py")
 storage = mutants("site_storage", "compiled/test_site_storage.py")
 venting = mutants("venting", "compiled/test_venting.py")
 viscosity = mutants("viscosity", "compiled/test_viscosity.py")
@@ -218,6 +218,10 @@ MUTANTS = (  # --quick takes the first of each module
     pooling("tie", "if s_bubble[s_idx] < label:", "if r2 < self.radius2:"),
     pooling("excess makes no vapour hotter", "self.T_sat + (d_e[d_idx] - self.L) / self.c_v", "self.T_sat"),
     nucleation("site radius x 2", "if RIJ < self.radius:", "if RIJ < 2.0*self.radius:"),
+    nucleation("activation superheat dropped", "self.T_sat + d_activation[d_idx]:", "self.T_sat:"),
+    nucleation("a site never sleeps again", "elif d_awake[d_idx] == 2:\n            d_awake[d_idx] = 0",
+               "elif d_awake[d_idx] == 2:\n            d_awake[d_idx] = 1"),
+    nucleation("dormant and active exchanged", "if s_awake[s_idx] == 0:", "if s_awake[s_idx] != 0:"),
     nucleation("attraction: sign", "d_av[d_idx] += f * (s_y", "d_av[d_idx] -= f * (s_y"),
     nucleation("attraction: square dropped", "f = self.strength * f * f /", "f = self.strength * f /"),
     storage("occupied site absorbs", "if s_occupied[s_idx] == 0:", "if s_occupied[s_idx] >= 0:"),

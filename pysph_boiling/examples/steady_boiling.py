@@ -52,8 +52,6 @@ class SteadyBoilingParameters(SceneParameters):
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
     sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
-    apart: float = param(4.0, "-", "least distance between random sites, in spacings; about the diameter of a bubble at "
-                         "departure", low=0.0)
     smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
@@ -110,8 +108,7 @@ class SteadyBoiling(SceneApplication):
         middle, half = 0.5 * p.width * p.spacing, 0.5 * p.heated * p.width * p.spacing
         base_lower, base_upper = [middle - half] * 3, [middle + half] * 3
         base_lower[p.dim - 1] = base_upper[p.dim - 1] = 0.0
-        points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed,
-                               apart=p.apart * p.spacing)
+        points = sites_on_base(p.sites, lower=base_lower, upper=base_upper, dim=p.dim, pattern=p.pattern, seed=p.seed)
         return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing,
                                         activation=self.activation(p))]
 
