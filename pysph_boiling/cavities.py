@@ -18,7 +18,7 @@ __all__ = ["activation_superheat", "cavity_radii"]
 
 
 def cavity_radii(count, *, smallest, exponent=2.5, seed=0):
-    r"""Radii (count,) [m] of active cavities, drawn from ``seed``; the number of cavities larger than r follows a power.
+    r"""Radii (count,) [m] of cavities, drawn from ``seed``; the number of those larger than r follows a power law.
 
     .. math::  N(>r) = N \left(\frac{r_{min}}{r}\right)^m, \qquad r \ge r_{min}
 
@@ -29,7 +29,8 @@ def cavity_radii(count, *, smallest, exponent=2.5, seed=0):
     Errors: ``ValueError`` for a count that is no whole number above 0, a radius or an exponent that is not positive.
     """
     count = whole_number("the number of cavities", count, low=1)
-    for name, value, unit in (("smallest radius of a cavity", smallest, " m"), ("exponent of cavity radii", exponent, "")):
+    for name, value, unit in (("smallest radius of a cavity", smallest, " m"),
+                              ("exponent of cavity radii", exponent, "")):
         if not 0.0 < value < np.inf:
             raise ValueError(f"{name} must be > 0{unit}, got {value}{unit}")
     return smallest * (1.0 - np.random.default_rng(seed).random(count)) ** (-1.0 / exponent)

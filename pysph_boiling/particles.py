@@ -374,9 +374,9 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     """Positions (count, 3) [m] of preset nucleation sites on the floor of the box ``lower`` .. ``upper`` [m].
 
     ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid). ``"random"`` draws them one
-    after another from ``seed``, uniformly over the floor, and draws again what is nearer to one that stands already than
-    ``SITES_APART`` mean distances (random sequential addition). The mean distance of n sites on a floor of area A is
-    sqrt(A/n), and L/n on a floor of length L in 2-D.
+    after another from ``seed``, uniformly over the floor, and draws again what is nearer than ``SITES_APART`` mean
+    distances to one that stands already (random sequential addition). The mean distance of n sites is sqrt(A/n) on a
+    floor of area A, and in 2-D L/n on a floor of length L.
     """
     count = whole_number("the number of nucleation sites", count, low=1)
     if pattern not in ("regular", "random"):

@@ -7,8 +7,8 @@ from harness import Stepper
 from pysph.solver.tools import Tool
 from sets import scheme
 
-from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.evaluation.problems.from_scene import from_scene
+from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import Phase, enthalpy, temperature
@@ -104,10 +104,8 @@ def test_every_change_of_state(cases):
 
 
 def test_a_dormant_site_stops_what_boils_within_its_reach(cases):
-    """Liquid next to the embryo of a dormant site takes up no latent heat; at an active site, and out of reach, it does.
-    """
-    at_rim = dict(near=Phase.VAPOUR, rim=Phase.SUPERHEATED)
-    _, near, rim = cases.run([DORMANT, ACTIVE, BUBBLE], **at_rim)
+    """Liquid next to the embryo of a dormant site takes up no latent heat; at an active site it does."""
+    _, near, rim = cases.run([DORMANT, ACTIVE, BUBBLE], Phase.VAPOUR, Phase.SUPERHEATED)
     np.testing.assert_array_equal(near, Phase.VAPOUR)
     np.testing.assert_array_equal(rim, [Phase.SUPERHEATED, Phase.TRANSITION, Phase.TRANSITION])
 
@@ -128,9 +126,11 @@ class Watch(Tool):
 
 
 def test_sites_of_a_boil_wake_in_the_order_of_their_superheats():
-    """Three sites on a base that heats evenly: each wakes when its liquid is hot enough, and sleeps after its bubble."""
-    scene, stepper = from_scene(SteadyBoiling, ledger=True, dim=2, spacing=0.002, width=36, fill=16, sites=3, heated=0.9,
-                                time_scaling=1000.0, smallest_cavity=1e-6, pattern="regular", duration=2.0)
+    """Three sites on a base that heats evenly: each wakes when liquid at it is hot enough, and sleeps after its bubble.
+    """
+    scene, stepper = from_scene(
+        SteadyBoiling, ledger=True, dim=2, spacing=0.002, width=36, fill=16, sites=3, heated=0.9, time_scaling=1000.0,
+        smallest_cavity=1e-6, pattern="regular", duration=2.0)
     (sites,), needed = scene.scheme.site_arrays, np.array([25.0, 6.0, 14.0])
     sites.activation[:] = needed
     watch = Watch(scene.scheme, sites)
@@ -151,11 +151,12 @@ def test_what_cannot_be_is_refused():
     def setup(needed, **options):
         made = scheme("states_hold", dim=2, spacing=DX, changes=dict(preset_nucleation=PresetNucleation(
             attraction=0.0, **options)))
-        fluid, wall = (fluid_array(points, spacing=DX, dim=2, rho0=WATER.rho_l, name=name) for name in ("fluid", "wall"))
+        fluid, wall = (fluid_array(points, spacing=DX, dim=2, rho0=WATER.rho_l, name=name)
+                       for name in ("fluid", "wall"))
         made.setup_properties([fluid, wall, site_array(points, reach=2.4 * DX, spacing=DX, activation=needed)])
 
     setup(0.0)
-    with pytest.raises(ValueError, match="have activation superheats, which are not in use: pass "):
+    with pytest.raises(ValueError, match="have activation superheats, which are not used: pass "):
         setup(5.0)
     with pytest.raises(ValueError, match="dormant_radius must be above preset_nucleation.radius = 1.6 spacings, got 1"):
         setup(5.0, activation=True, dormant_radius=1.0)

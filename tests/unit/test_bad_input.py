@@ -190,7 +190,7 @@ def test_sites_from_which_no_bubble_departs_are_told(dim, least):
 
 
 def test_crowded_base_of_a_scene_is_told():
-    p = SteadyBoiling.Parameters(**{**SteadyBoiling.variants["flat"], "width": 30, "sites": 9})
+    p = SteadyBoiling.Parameters(**{**SteadyBoiling.variants["flat"], "width": 30, "sites": 9, "pattern": "regular"})
     scene = SteadyBoiling()
     scheme = scene.make_scheme(p)
     with pytest.warns(UserWarning, match="9 of 9 nucleation sites .* the closest 2.33: their vapour may merge"):

@@ -12,7 +12,7 @@ __all__ = ["BoilingRate"]
 
 @dataclass(frozen=True, kw_only=True)
 class BoilingRate(Problem):
-    """The scene ``steady_boiling`` in its 2-D variant; everything is counted from the time ``begin``.
+    """The scene ``steady_boiling`` in 2-D with equal sites in a row; everything is counted from the time ``begin``.
 
     Errors: ``rate``, the number of particles vaporised minus those condensed, relative to the number that the heater's
     energy can vaporise, minus 1 (the energy also warms the liquid that the lid returns); ``energy`` and ``mass``, the
@@ -40,7 +40,7 @@ class BoilingRate(Problem):
         scene, stepper = from_scene(
             SteadyBoiling, ledger=True, dim=2, duration=self.duration, seed=self.seed, spacing=self.spacing,
             width=self.width, fill=self.fill, sites=self.sites, heated=self.heated, subcooling=self.subcooling,
-            time_scaling=self.time_scaling, superheat=self.superheat)
+            time_scaling=self.time_scaling, superheat=self.superheat, pattern="regular", smallest_cavity=0.0)
         steps = round(self.duration / stepper.dt)
         stepper.step(steps)
         table, scheme = scene.ledger.table(), scene.scheme

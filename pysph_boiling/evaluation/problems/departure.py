@@ -13,7 +13,7 @@ __all__ = ["Departure"]
 
 @dataclass(frozen=True, kw_only=True)
 class Departure(Problem):
-    """A small 2-D ``steady_boiling`` with one site, which runs until ``departures`` bubbles have left it.
+    """A small 2-D ``steady_boiling`` with one site, always active, which runs until ``departures`` bubbles have left it.
 
     Fact ``size``: the mean number of particles in these bubbles, NaN if they have not all left after ``longest`` steps.
     """
@@ -28,6 +28,7 @@ class Departure(Problem):
     def run(self):
         scene, stepper = from_scene(
             SteadyBoiling, dim=2, spacing=0.002, width=24, fill=20, sites=1, heated=0.6, time_scaling=1000.0,
+            pattern="regular", smallest_cavity=0.0,
             effects=dict(adhesion=SiteAdhesion(strength=self.adhesion)))
         while len(scene.departures) < self.departures and stepper.solver.count < self.longest:
             stepper.step(50)

@@ -35,7 +35,7 @@ class PresetNucleation(Effect):
     attraction: float = param(0.5, "-", "attraction of liquid by a site, in units of gravity", low=0.0)
     attraction_radius: float = param(2.4, "-", "range of the attraction, in spacings; beyond the kernel support it "
                                      "slows down the neighbour search of the scene", above=0.0)
-    activation: bool = param(False, "-", "sites are dormant until the liquid at them reaches their activation superheat")
+    activation: bool = param(False, "-", "sites are dormant until liquid at them reaches their activation superheat")
     dormant_radius: float = param(2.4, "-", "radius within which no liquid enters the transition at a dormant site, in "
                                   "spacings; larger than radius", above=0.0)
 
@@ -59,12 +59,12 @@ class PresetNucleation(Effect):
             raise ValueError(f"preset_nucleation: all preset sites must be in one array, got {scene.sites}, because "
                              "liquid is attracted by the nearest site of an array")
         if self.activation and self.dormant_radius <= self.radius:
-            raise ValueError(f"preset_nucleation.dormant_radius must be above preset_nucleation.radius = {self.radius:g} "
-                             f"spacings, got {self.dormant_radius:g}")
+            raise ValueError("preset_nucleation.dormant_radius must be above preset_nucleation.radius = "
+                             f"{self.radius:g} spacings, got {self.dormant_radius:g}")
         for name in scene.sites:
             if not self.activation and np.any(arrays[name].activation > 0.0):
-                raise SchemeError(f"preset_nucleation: sites '{name}' have activation superheats, which are not in use",
-                                  "pass preset_nucleation=PresetNucleation(activation=True), or make sites without them",
+                raise SchemeError(f"preset_nucleation: sites '{name}' have activation superheats, which are not used",
+                                  "pass preset_nucleation=PresetNucleation(activation=True), or sites without them",
                                   "give --preset-nucleation.activation yes, or sites that are alike")
             reach = float(arrays[name].h.min()) * scene.kernel.radius_scale / scene.spacing
             needed = max(self.reach, scene.effects["adhesion"].radius if "adhesion" in scene.effects else 0.0)
@@ -92,7 +92,8 @@ class PresetNucleation(Effect):
 
     def site_properties(self, scene):
         superheat = Property("activation", "K", "activation superheat of the site", state=True)
-        state = Property("awake", "-", "0 while the site is dormant, 1 while active, 2 while it has a bubble", "int", True)
+        state = Property("awake", "-", "0 while the site is dormant, 1 while active, 2 while it has a bubble", "int",
+                         True)
         return (superheat, state) if self.activation else (superheat,)
 
     def tools(self, scheme):
