@@ -13,7 +13,7 @@ __all__ = ["Departure"]
 
 @dataclass(frozen=True, kw_only=True)
 class Departure(Problem):
-    """A small 2-D ``steady_boiling`` with one site, always active, which runs until ``departures`` bubbles have left it.
+    """A small 2-D ``steady_boiling`` with one site, always active, that runs until ``departures`` bubbles have left it.
 
     Fact ``size``: the mean number of particles in these bubbles, NaN if they have not all left after ``longest`` steps.
     """
