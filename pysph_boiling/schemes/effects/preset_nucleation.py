@@ -58,9 +58,6 @@ class PresetNucleation(Effect):
         if len(scene.sites) > 1:
             raise ValueError(f"preset_nucleation: all preset sites must be in one array, got {scene.sites}, because "
                              "liquid is attracted by the nearest site of an array")
-        if self.activation and self.dormant_radius <= self.radius:
-            raise ValueError("preset_nucleation.dormant_radius must be above preset_nucleation.radius = "
-                             f"{self.radius:g} spacings, got {self.dormant_radius:g}")
         for name in scene.sites:
             if not self.activation and np.any(arrays[name].activation > 0.0):
                 raise SchemeError(f"preset_nucleation: sites '{name}' have activation superheats, which are not used",
@@ -75,6 +72,9 @@ class PresetNucleation(Effect):
                                   f"must be at most {reach:.3g}")
             self.warn_of_crowded_sites(
                 scene, np.stack([arrays[name].get(axis, only_real_particles=True) for axis in "xyz"], -1))
+        if self.activation and self.dormant_radius <= self.radius:
+            raise ValueError("preset_nucleation.dormant_radius must be above preset_nucleation.radius = "
+                             f"{self.radius:g} spacings, got {self.dormant_radius:g}")
 
     def warn_of_crowded_sites(self, scene, sites):
         """Warn of ``sites`` (n, 3) [m] that are so close to each other that no bubble departs from them."""
