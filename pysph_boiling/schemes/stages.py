@@ -67,7 +67,7 @@ STAGES = (
             GroupSpec("kinetic", "kinetic condition"),
             GroupSpec("dormant", "no kinetic condition at dormant sites"),
             GroupSpec("edges", "state machine", ("phase", "T")),
-            GroupSpec("activate", "sites wake and fall asleep", ("awake",)),
+            GroupSpec("activate", "sites wake and fall asleep"),
         )),
         Block((
             GroupSpec("occupied", "sites that hold a bubble, the nearest site of each particle", ("site", "site_r2")),
