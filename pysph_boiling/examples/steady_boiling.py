@@ -1,9 +1,10 @@
 """Steady boiling: in a vessel on a hot base, vapour bubbles grow at preset sites, depart, rise and burst.
 
-The sites lie at random places. Each has a cavity radius of its own, and acts when the liquid at it is hot enough.
+With ``--smallest-cavity 1e-6`` each site has a cavity radius of its own, and acts when the liquid at it is hot enough;
+``--pattern random`` puts them at random places.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
-            (3.2.1) that wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
+            (3.2.1) that may wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
             18-19), detachment (4.2.1); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
 Run time    about 11 minutes on two cores (3-D, 20,384 particles), 2 to 3 minutes with ``--demo``; the first run also
@@ -52,9 +53,9 @@ class SteadyBoilingParameters(SceneParameters):
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
     width: int = param(28, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
-    sites: int = param(16, "-", "preset nucleation sites on the heated base", low=1)
-    pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
-    smallest_cavity: float = param(1e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+    sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
+    pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
+    smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
@@ -70,8 +71,8 @@ class SteadyBoiling(SceneApplication):
     Parameters = SteadyBoilingParameters
     title = "steady boiling"
     variants = {
-        "demo": dict(width=20, fill=18, sites=6, heated=0.7, duration=2.5, frame=0.05),
-        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=7, heated=0.7, time_scaling=1000.0, duration=3.0),
+        "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5, frame=0.05),
+        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, time_scaling=1000.0, duration=3.0),
     }
 
     def box(self, p):

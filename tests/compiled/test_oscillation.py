@@ -613,7 +613,7 @@ def test_wall_moves_no_faster_than_a_step_allows():
     for _ in range(8):
         clamped = fluid.n_clamped[0]
         stepper.step()
-        whole = len(np.unique(fluid.bubble[bubble])) == 1  # a particle that is torn off is a bubble with a wall of its own
+        whole = len(np.unique(fluid.bubble[bubble])) == 1  # a particle that is torn off has a wall of its own
         moved += [abs(radius() - before) / DX] if whole else []
         before = radius()
         if whole and fluid.n_clamped[0] > clamped:

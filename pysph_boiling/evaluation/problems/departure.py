@@ -28,7 +28,6 @@ class Departure(Problem):
     def run(self):
         scene, stepper = from_scene(
             SteadyBoiling, dim=2, spacing=0.002, width=24, fill=20, sites=1, heated=0.6, time_scaling=1000.0,
-            pattern="regular", smallest_cavity=0.0,
             effects=dict(adhesion=SiteAdhesion(strength=self.adhesion)))
         while len(scene.departures) < self.departures and stepper.solver.count < self.longest:
             stepper.step(50)
