@@ -3,7 +3,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from harness import Stepper
+from harness import Stepper, host_only
 from pysph.solver.tools import Tool
 from sets import scheme
 
@@ -125,6 +125,7 @@ class Watch(Tool):
         self.before = now.copy()
 
 
+@host_only  # it writes and watches host arrays; the other tests of this file run on devices too
 def test_sites_of_a_boil_wake_in_the_order_of_their_superheats():
     """Three sites on a base that heats evenly: each wakes when liquid at it is hot enough, and sleeps after its bubble.
     """
