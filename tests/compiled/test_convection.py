@@ -137,7 +137,7 @@ def test_heated_base_sets_up_rolls():
     """Some columns rise and others sink, the rising ones warm; a still pool has neither."""
     lift, warm = columns("boussinesq", cold, base=370.0, beta=2e-2)
     still, _ = columns("boussinesq", uniform, beta=2e-2)
-    assert np.std(lift) > 4.0 * np.std(still)  # measured 180 times; at half of beta the rolls have only begun: 2.4 times
+    assert np.std(lift) > 4.0 * np.std(still)  # measured 180 times; with half of beta 2.4 times
     assert min(lift) < -0.001 and max(lift) > 0.001  # m/s; measured -.054 and .135
     assert np.corrcoef(lift, warm)[0, 1] > 0.5
 
