@@ -19,7 +19,7 @@ POOL = ("--flat", "--fill", "10", "--subcooling", "80", "--time-scaling", "8000"
         "--results-every", "5")
 SCENES = {  # of explosive_boiling, in one set of compiled stages: options, steps
     "burst": ((*POOL, "--width", "40", "--hot", "0.7", "--superheat", "220"), 60),
-    "cooling": ((*POOL, "--width", "48", "--hot", "0.3", "--superheat", "240"), 200),
+    "cooling": ((*POOL, "--width", "48", "--hot", "0.5", "--superheat", "240"), 200),
 }
 EVENTS = ("n_nucleated", "n_burst", "n_fired", "n_condensed", "n_vented", "n_bubbles", "n_vapour")
 LEDGER = {"openmp": 1e-10, "double": 1e-10, "single": 1e-4}  # measured 3e-14 and 4e-6
