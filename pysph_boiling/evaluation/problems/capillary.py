@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pysph.base.nnps import DomainManager
 from scipy.optimize import curve_fit
 from scipy.spatial import cKDTree
 
+from pysph_boiling.evaluation.problems.periodic_box import periodic_box
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
-from pysph_boiling.particles import fluid_block, positions
+from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -66,16 +66,12 @@ class Bubble(Problem):
             container=BoxContainer(lower=tuple(-np.array(far)), upper=far), viscosity=XSPHViscosity(rate=0.0, wall=1.0),
             heat=HeatConduction(time_scaling=1e-9), phases=PhaseChange(), cohesion=Cohesion(sigma=self.sigma),
             lean=lean)
-        common = dict(spacing=self.spacing, dim=dim, rho0=scheme.rho0)
-        corner = np.array([size] * dim + [0.0] * (3 - dim))
-        fluid = fluid_block((0.0,) * 3, corner, jitter=self.jitter, seed=seed, **common)
-        wall = fluid_block((0.0,) * 3, 2.0 * self.spacing * (corner > 0.0), name="wall", **common)
-        wall.m[:] = 0.0  # the box has no walls, but the compiled equations need an array
+        fluid, wall, domain = periodic_box(size, dim=dim, spacing=self.spacing, rho0=scheme.rho0, jitter=self.jitter,
+                                           seed=seed)
         scheme.setup_properties([fluid, wall])
         scheme.set_temperature(fluid, WATER_1ATM.T_sat - 1.0)
-        periodic = {f"{axis}{end}": value for axis in "xyz"[:dim] for end, value in (("min", 0.0), ("max", size))}
         stepper = Stepper(scheme, [fluid, wall], dt=self.step * math.sqrt(scheme.rho0 * self.spacing**3 / self.sigma),
-                          domain=DomainManager(**periodic, **{f"periodic_in_{axis}": True for axis in "xyz"[:dim]}))
+                          domain=domain)
         axes = np.array([stretch, *[stretch**(-1.0 / (dim - 1))] * (dim - 1)])
         vapour = np.linalg.norm((positions(fluid)[:, :dim] - 0.5 * size) / axes, axis=1) < self.radius
         fluid.phase[vapour], fluid.e[vapour], fluid.T[vapour] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 from pysph.base import kernels
-from pysph.base.nnps import DomainManager
 from scipy.spatial import cKDTree
 
+from pysph_boiling.evaluation.problems.periodic_box import periodic_box
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, positions
@@ -128,14 +128,11 @@ class PeriodicBox(Problem):
             kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
             container=BoxContainer(lower=(-9.0 * size, -9.0 * size, 0.0), upper=(9.0 * size, 9.0 * size, 0.0)),
             viscosity=XSPHViscosity(wall=1.0))
-        common = dict(spacing=self.spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
-        fluid = fluid_block((0.0,) * 3, (size, size, 0.0), jitter=self.jitter, **common)
-        wall = fluid_block((0.0,) * 3, (2.0 * self.spacing, 2.0 * self.spacing, 0.0), name="wall", **common)
-        wall.m[:] = 0.0  # the box has no walls, but the compiled set of equations needs an array
+        fluid, wall, domain = periodic_box(size, dim=2, spacing=self.spacing, rho0=scheme.rho0, jitter=self.jitter,
+                                           hdx=self.hdx)
         scheme.setup_properties([fluid, wall])
         fluid.u[:] = self.speed
-        stepper = Stepper(scheme, [fluid, wall], dt=self.dt, domain=DomainManager(
-            xmin=0.0, xmax=size, ymin=0.0, ymax=size, periodic_in_x=True, periodic_in_y=True))
+        stepper = Stepper(scheme, [fluid, wall], dt=self.dt, domain=domain)
         mass, worst = fluid.m.sum(), 0.0
         for _ in range(self.steps):
             stepper.step()
