@@ -45,8 +45,8 @@ def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
     dst.sweeps[1] += 1.0
     left = left / dst.prior[2]
     n, first = dst.sweeps[0], dst.sweeps[0] == dst.sweeps[1]  # the first run in this step
-    if n % 2.0 or (first and n < min(dst.first_sweeps[0], sweeps)) or not (
-            left <= tolerance or (n >= sweeps and left <= most)):
+    small = left <= tolerance or (n >= sweeps and left <= most)
+    if not small or n % 2.0 or (first and n < min(dst.first_sweeps[0], sweeps)):
         return False
     if first:
         dst.first_sweeps[0] = n if left * n > FEWER * tolerance * (n - 2.0) else n - 2.0

@@ -25,6 +25,8 @@ class PhaseEquation(Equation):
     c_l, c_v : float   Specific heat capacity of liquid and vapour [J/(kg K)].
     subcooling : float  Fraction of the deficit L - e of vapour that lowers its temperature [-]: 1, or 0 if the deficit
         is latent heat.
+
+    Source, Reads, Writes   those of the equations that derive from it.
     """
 
     def __init__(self, dest, sources, T_sat, L, c_l, c_v, subcooling=1.0):

@@ -21,6 +21,7 @@ class VentingCone(Equation):
     cone_cosine : float        Opening of the cone: z > cone_cosine r [-], in (0, 1).
     min_cover_height : float   Particles lower than this above the particle do not count [m], >= 0.
 
+    Source, Reads, Writes   those of the equations that derive from it.
     Errors   ValueError if cone_cosine is not in (0, 1) or min_cover_height < 0.
     """
 

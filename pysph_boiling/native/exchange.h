@@ -1,5 +1,6 @@
 /* What neighbours in the fluid exchange: HeatConductionClearyMonaghan, and PBFXSPHViscosity with BubbleDrag and
- * PBFArtificialPressure in one sum, where all masses and all smoothing lengths are equal. Formulas, sources and limits stand there.
+ * PBFArtificialPressure in one sum, where all masses and all smoothing lengths are equal. Formulas, sources and limits
+ * stand there.
  */
 #ifndef EXCHANGE_H
 #define EXCHANGE_H

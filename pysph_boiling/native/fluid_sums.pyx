@@ -104,21 +104,22 @@ cdef int *counter(pa, str name) except? NULL:
 def lists_of(NNPS nnps, int dst, int src):
     """Lists of any neighbour search of PySPH's in the form of ``SortedCellNNPS.lists``: a copy, kept by the third."""
     cdef UIntArray found = UIntArray()
-    cdef long n = nnps.particles[dst].get_number_of_particles(True), i, k, used = 0
+    cdef long n = nnps.particles[dst].get_number_of_particles(True), i, k, filled, used = 0
     cdef int[::1] count = np.zeros(n, np.intc)
     cdef uintptr_t[::1] begin = np.zeros(n, np.uintp)
     cdef unsigned int[::1] kept = np.zeros(64*n + 64, np.uintc)
     nnps.set_context(src, dst)
     for i in range(n):
         nnps.get_nearest_neighbors(i, found)
-        if used + <long>found.length + 8 > kept.shape[0]:
-            kept = np.concatenate([kept, np.zeros(kept.shape[0] + found.length + 8, np.uintc)])
+        filled = (found.length + 7)//8*8           # to a multiple of 8, as there
+        if used + filled > kept.shape[0]:
+            kept = np.concatenate([kept, np.zeros(kept.shape[0] + filled, np.uintc)])
         for k in range(found.length):
             kept[used + k] = found.data[k]
         begin[i], count[i] = used, found.length
-        for k in range(found.length, (found.length + 7)//8*8):     # filled up, as there
+        for k in range(found.length, filled):
             kept[used + k] = kept[used]
-        used += (found.length + 7)//8*8
+        used += filled
     for i in range(n):
         begin[i] = <uintptr_t>(&kept[0] + begin[i])
     return begin, count, kept
@@ -208,7 +209,8 @@ cdef class Exchange(FluidSums):
             volume = self.kernel.h**3 if self.kernel.deep else self.kernel.h**2
             forces.repulsion = self.m*repulsion[0]*self.kernel.g_scale
             forces.per_unit = repulsion[1]*self.kernel.w_scale*volume
-        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, &forces, g, data(pa, "au"), data(pa, "av"), data(pa, "aw"))
+        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, &forces, g, data(pa, "au"),
+                          data(pa, "av"), data(pa, "aw"))
 
 
 cdef class Labels(FluidSums):
@@ -237,8 +239,8 @@ cdef class DensitySweeps(FluidSums):
 
     ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
     on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
-    a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2], radius
-    [m] and stiffness [1/m], or none.
+    a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2],
+    radius [m] and stiffness [1/m], or none.
 
     A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
     copied to them between the two, and after the second one.

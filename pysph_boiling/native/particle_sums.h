@@ -1,7 +1,8 @@
 /* Sums, extremes and groups of the particles of one array, in one pass over each property; no neighbours.
  *
- * A sum of doubles is made in blocks, whose sums are added with compensation (Neumaier 1974), so that its rounding error
- * does not grow with the number of particles. The order of a sum does not depend on the number of threads: there is one.
+ * A sum of doubles is made in blocks, whose sums are added with compensation (Neumaier 1974), so that its rounding
+ * error does not grow with the number of particles. The order of a sum does not depend on the number of threads: there
+ * is one.
  */
 #ifndef PARTICLE_SUMS_H
 #define PARTICLE_SUMS_H
