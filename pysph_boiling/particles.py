@@ -27,7 +27,7 @@ from pysph_boiling.names import whole_number
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
     "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "positions",
-    "site_array", "sites_on_base", "vector", "wall_array", "weigh_walls",
+    "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
 ]
 
 SITES_APART = 0.6  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
@@ -378,9 +378,7 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     distances to one that stands already (random sequential addition). The mean distance of n sites is sqrt(A/n) on a
     floor of area A, and in 2-D L/n on a floor of length L.
     """
-    count = whole_number("the number of nucleation sites", count, low=1)
-    if pattern not in ("regular", "random"):
-        raise ValueError(f"pattern of sites must be 'regular' or 'random', got {pattern!r}")
+    count = _check_sites(count, pattern)
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
     points = np.zeros((count, 3))
     points[:, dim - 1] = lower[dim - 1]
@@ -397,14 +395,45 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     return points
 
 
-def _random_places(count, lower, upper, seed):
+def sites_on_disc(count, *, radius, pattern="regular", seed=0):
+    """Positions (count, 3) [m] of preset nucleation sites on a round floor of ``radius`` [m] about the origin (3-D).
+
+    ``pattern="regular"`` puts them on a sunflower spiral, each on an equal part of the area (Vogel 1979); ``"random"``
+    draws them as :func:`sites_on_base` does.
+    """
+    count = _check_sites(count, pattern)
+    if not radius > 0.0:
+        raise ValueError(f"the radius of the floor must be > 0 m, got {radius} m")
+    points = np.zeros((count, 3))
+    if pattern == "random":
+        points[:, :2] = _random_places(count, np.full(2, -radius), np.full(2, radius), seed,
+                                       lambda at: np.hypot(*at.T) < radius)
+    else:
+        number = np.arange(count)
+        away, turn = radius * np.sqrt((number + 0.5) / count), number * np.pi * (3.0 - np.sqrt(5.0))
+        points[:, :2] = np.column_stack([away * np.cos(turn), away * np.sin(turn)])
+    return points
+
+
+def _check_sites(count, pattern):
+    if pattern not in ("regular", "random"):
+        raise ValueError(f"pattern of sites must be 'regular' or 'random', got {pattern!r}")
+    return whole_number("the number of nucleation sites", count, low=1)
+
+
+def _random_places(count, lower, upper, seed, inside=None):
     """Random places (count, axes) [m] in the box ``lower`` .. ``upper`` (axes,), ``SITES_APART`` mean distances apart.
+
+    If given, ``inside(places)`` is a mask of those to use, and the mean distance is that in the part of the box in it.
     """
     random, axes = np.random.default_rng(seed), len(lower)
-    apart = SITES_APART * (np.prod(upper - lower) / count) ** (1.0 / axes)
     while True:  # a second time only if the first sites happened to leave no room for all
+        drawn = random.uniform(lower, upper, (100 * count, axes))
+        usable = drawn if inside is None else drawn[inside(drawn)]
+        share = len(usable) / len(drawn)
+        apart = SITES_APART * (share * np.prod(upper - lower) / count) ** (1.0 / axes)
         places = np.empty((0, axes))
-        for place in random.uniform(lower, upper, (100 * count, axes)):
+        for place in usable:
             if np.all(np.linalg.norm(places - place, axis=1) >= apart):
                 places = np.vstack([places, place])
                 if len(places) == count:

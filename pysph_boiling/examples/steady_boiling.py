@@ -1,7 +1,7 @@
 """Steady boiling: in a vessel on a hot base, vapour bubbles grow at preset sites, depart, rise and burst.
 
 With ``--smallest-cavity 1e-6`` each site has a cavity radius of its own, and acts when the liquid at it is hot enough;
-``--pattern random`` puts them at random places.
+``--pattern random`` puts them at random places. ``--fine`` has 163,072 particles of 2 mm, and 30 such sites.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
             (3.2.1) that may wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
@@ -73,6 +73,8 @@ class SteadyBoiling(SceneApplication):
     variants = {
         "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5, frame=0.05),
         "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, time_scaling=1000.0, duration=3.0),
+        "fine": dict(spacing=0.002, width=56, fill=52, sites=30, pattern="random", smallest_cavity=1e-6,
+                     time_scaling=400.0),
     }
 
     def box(self, p):

@@ -19,6 +19,7 @@ from pysph_boiling.particles import (
     positions,
     site_array,
     sites_on_base,
+    sites_on_disc,
     wall_array,
     weigh_walls,
 )
@@ -362,6 +363,41 @@ def test_random_sites_keep_their_distance_and_fill_the_floor(count, dim):
     assert len(np.unique(np.concatenate(places))) == number * (dim - 1)
     counts = np.histogram(np.concatenate(places)[:, 0], 4, (0.0, 1.0))[0]
     assert np.all(abs(counts - number / 4) < 4.0 * np.sqrt(number * 0.1875)), counts  # to four standard deviations
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 40])
+def test_regular_sites_on_a_disc_share_its_area(count):
+    """Half of the area holds half of the sites, each half of the disc too, and none is crowded."""
+    sites = sites_on_disc(count, radius=3.0)
+    assert sites.shape == (count, 3) and not sites[:, 2].any()
+    r = np.hypot(sites[:, 0], sites[:, 1])
+    np.testing.assert_allclose(np.sort(r), 3.0 * np.sqrt((np.arange(count) + 0.5) / count), rtol=ROUND_OFF)
+    if count == 40:
+        assert abs(np.count_nonzero(sites[:, 0] > 0.0) - 20) <= 2 and abs(np.count_nonzero(sites[:, 1] > 0.0) - 20) <= 2
+        near = np.linalg.norm(sites[:, None] - sites, axis=2)[~np.eye(count, dtype=bool)].min()
+        assert near > 0.8 * 3.0 * np.sqrt(np.pi / count)  # mean distances, 0.87 measured
+
+
+@pytest.mark.parametrize("count", [1, 5, 48])
+def test_random_sites_on_a_disc_keep_their_distance(count):
+    places = []
+    for seed in range(40):
+        sites = sites_on_disc(count, radius=2.0, pattern="random", seed=seed)
+        near = np.linalg.norm(sites[:, None] - sites, axis=2)[~np.eye(count, dtype=bool)]
+        assert np.all(near > 0.58 * 2.0 * np.sqrt(np.pi / count))  # 0.6 of a mean distance, whose area was sampled
+        places.append(sites)
+    r = np.hypot(*np.concatenate(places).T[:2])
+    assert r.max() < 2.0 and np.mean(r < 1.0) == pytest.approx(0.25, abs=0.15 if count < 48 else 0.03)
+    np.testing.assert_array_equal(places[3], sites_on_disc(count, radius=2.0, pattern="random", seed=3))
+
+
+def test_sites_on_no_disc_are_refused():
+    with pytest.raises(ValueError, match="radius of the floor must be > 0 m, got 0.0 m"):
+        sites_on_disc(3, radius=0.0)
+    with pytest.raises(ValueError, match="must be a whole number >= 1, got 0"):
+        sites_on_disc(0, radius=1.0)
+    with pytest.raises(ValueError, match="'regular' or 'random', got 'ring'"):
+        sites_on_disc(3, radius=1.0, pattern="ring")
 
 
 @pytest.mark.parametrize("count, pattern, message", [
