@@ -19,6 +19,7 @@ from pysph_boiling.equations.density_constraint import (
     PBFPositionCorrectionSwollen,
     PBFPressure,
 )
+from pysph_boiling.equations.warm_start import PBFWarmStartSwollen
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
@@ -69,7 +70,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
     motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
     motion.setup_properties([fluid, wall])
-    for name in ("swell", "qx", "qy", "qz", "impulse", "pressure"):
+    for name in ("swell", "qx", "qy", "qz", "q_lmbda", "pressure"):
         fluid.add_property(name)
     fluid.add_constant("sweep_weight", [1.0, np.inf, 0.0])
     by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
@@ -90,6 +91,9 @@ def compile_kernels(fluid, wall, *, dim, spacing):
         "artificial_pressure": [PBFArtificialPressure(
             "fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest, kernel=motion.kernel, hdx=motion.hdx,
             strength=STRENGTH)],
+        "warm_start": [by_name["PBFWarmStart"], by_name["PBFBoundaryWarmStart"]],
+        "swollen_warm_start": [PBFWarmStartSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest),
+                               copy(by_name["PBFBoundaryWarmStart"])],
         "pressure": [PBFPressure("fluid", ["fluid"], rho0=RHO0, rho_rest=by_name["PBFDensity"].rho_rest)],
         "move": [PBFMove("fluid", None, omega=0.7, max_displacement=0.25 * spacing)],
         "move_accelerated": [PBFMoveAccelerated("fluid", None, omega=0.7, max_displacement=0.25 * spacing, radius=0.9,

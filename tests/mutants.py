@@ -55,7 +55,7 @@ cohesion = mutants("cohesion", "compiled/test_cohesion.py")
 container = mutants("container", "compiled/test_container.py", "compiled/test_density_constraint.py")
 condensation = mutants("condensation", "compiled/test_condensation.py")
 convection = mutants("convection", "compiled/test_convection.py")
-density = mutants("density_constraint", "compiled/test_density_constraint.py")
+density = mutants("density_constraint", "compiled/test_density_constraint.py", "compiled/test_warm_start.py")
 burst = mutants("dynamic_nucleation", "compiled/test_dynamic_nucleation.py")
 expansion = mutants("expansion", "compiled/test_expansion.py")
 heat = mutants("heat", "compiled/test_heat.py")
@@ -65,6 +65,7 @@ labels = mutants("bubble_labels.h", "compiled/test_bubble_groups.py")
 exchange = mutants("exchange.h", "compiled/test_lean.py")
 pairs = mutants("pair_sums.h", "compiled/test_lean.py")
 sweeps = mutants("density_sweeps.h", "compiled/test_lean.py")
+start = mutants("warm_start", "compiled/test_warm_start.py")
 sums = mutants("particle_sums.h", "compiled/test_reductions.py")
 oscillation = mutants("oscillation", "compiled/test_oscillation.py")
 phase = mutants("phase_change", "compiled/test_phase_change.py", "compiled/test_site_storage.py",
@@ -127,6 +128,7 @@ MUTANTS = (  # --quick takes the first of each module
     density("accelerated: no restart", "            plain = 0.0\n", "            plain = plain\n"),
     density("pressure: sign", "d_pressure[d_idx] -= s_impulse", "d_pressure[d_idx] += s_impulse"),
     density("pressure: dt, not its square", "max(dt*dt, 1e-300)", "max(dt, 1e-300)"),
+    density("impulse: without the under-relaxation", "+= d_prior[1] * self.omega * d_lmbda", "+= d_prior[1] * d_lmbda"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
     sweeps("density: m of the others' gradients dropped", "f*f * out[4] / p->m", "f*f * out[4]"),
     sweeps("wall density: sign", "rho += scale * out[0]", "rho -= scale * out[0]"),
@@ -138,6 +140,7 @@ MUTANTS = (  # --quick takes the first of each module
            "}\n        if (fluid->qx)"),
     sweeps("cohesion: limiter does not count", "pz *= f;\n        fluid->limited[i] += 1;", "pz *= f;"),
     sweeps("Chebyshev: nothing carried on", "(weight - 1.0) * fluid->qy[i]", "0.0"),
+    sweeps("impulse: what the velocity does not feel counts", "feels * multiplier", "multiplier"),
     sweeps("cohesion: repulsion dropped", "2.0*f - 1.0 : f", "2.0*f : f"),
     sweeps("cohesion: what was moved before is forgotten", "dt2*ay - fluid->pulled_y[i]", "dt2*ay"),
     sweeps("cohesion: undamped", "feels / (1.0 + p->stiffness * p->strength * dt2)", "feels"),
@@ -157,7 +160,9 @@ MUTANTS = (  # --quick takes the first of each module
     exchange("conduction: sign", "(sum->T - lanes_values(T, neighbours))", "(sum->T + lanes_values(T, neighbours))"),
     exchange("viscosity: sign of the neighbour's velocity", "f*(sum->v - moves.y)", "f*(sum->v + moves.y)"),
     exchange("drag: everywhere", "lanes(forces->drag)*(other*other)", "lanes(forces->drag)"),
-    exchange("artificial pressure: third power", "(w2*w2) * counted", "(w2*w) * counted"),
+    exchange("warm start: the neighbour's multiplier dropped", "(sum->lmbda + moves.w)", "(sum->lmbda)"),
+    exchange("warm start: sign of the walls", "out[1] -= f * near[1]", "out[1] += f * near[1]"),
+    exchange("artificial pressure: third power", "(w2*w2) - lanes", "(w2*w) - lanes"),
     exchange("artificial pressure attracts", "sum->ay += g*p.dy", "sum->ay -= g*p.dy"),
     expansion("ramp x 2", "most = self.rate * dt", "most = 2.0*self.rate * dt"),
     expansion("liquid swells too", "if d_phase[d_idx] == 3:", "if d_phase[d_idx] >= 0:"),
@@ -197,6 +202,8 @@ MUTANTS = (  # --quick takes the first of each module
     pairs("cubic spline: inner part of the slope", "lanes(kernel->ratio)*(p.u*p.u)",
           "lanes(0.5*kernel->ratio)*(p.u*p.u)"),
     pairs("neighbours beyond the end count", "counted + 8 - (n - lanes_last(n))", "counted + 7 - (n - lanes_last(n))"),
+    start("warm start: the neighbour's multiplier dropped", " + d_m[d_idx]*s_lmbda_start[s_idx]) / (d_m", ") / (d_m"),
+    start("warm start, walls: sign", "f = s_m[s_idx]*d_lmbda_start[d_idx] /", "f = -s_m[s_idx]*d_lmbda_start[d_idx] /"),
     sums("at the edge it is not held", "_CMP_LE_OQ", "_CMP_LT_OQ"),
     sums("compensation dropped", "return total.sum + total.lost;", "return total.sum;"),
     sums("rest of a block dropped", "for (; i < end; i++) rest += a[i];", ""),

@@ -29,6 +29,7 @@ __all__ = [
 
 
 FEWER = 0.7  # of the tolerance: what the error must stay below with a pair of sweeps less
+PATIENCE = 100  # steps in a row in which it must, before a step begins with a pair less
 
 
 def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
@@ -38,7 +39,7 @@ def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
     parameters of :class:`PBFLambda`. Sweeps come in pairs, since a single one can change the sign of a wave's error.
     The number of sweeps sets how much the water is compressed at rest, and so it must not vary there: a step begins
     with as many as the last one, or with a pair less if the error, which is inversely proportional to their number,
-    stays well below the tolerance.
+    has been well below the tolerance for long.
     """
     dst.density_error[0], dst.density_error[1] = mean, worst
     dst.sweeps[0] += 1.0
@@ -49,7 +50,11 @@ def book_sweep(dst, mean, worst, left, tolerance, sweeps, most):
     if not small or n % 2.0 or (first and n < min(dst.first_sweeps[0], sweeps)):
         return False
     if first:
-        dst.first_sweeps[0] = n if left * n > FEWER * tolerance * (n - 2.0) else n - 2.0
+        fewer = left * n <= FEWER * tolerance * (n - 2.0)
+        dst.first_sweeps[1] = dst.first_sweeps[1] + 1.0 if fewer and n == dst.first_sweeps[0] else 0.0
+        dst.first_sweeps[0] = n
+        if dst.first_sweeps[1] >= PATIENCE:
+            dst.first_sweeps[0], dst.first_sweeps[1] = n - 2.0, 0.0
     return True
 
 
@@ -284,8 +289,9 @@ class PBFLambda(Equation):
 
     Reads    d_rho [kg/m^3], d_gcx, d_gcy, d_gcz [1/m], d_gc2 [1/(kg m^2)], d_m [kg], d_left_over [-] (C^0), constant
     ``prior`` [-] (p first).
-    Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-] and
-    ``sweeps`` (count in this run of the stage, in this step) and ``first_sweeps`` (least in the next step) [-].
+    Writes   d_lmbda [kg m^2], d_compression [-], own index only; constants ``density_error`` (mean, max) [-],
+    ``sweeps`` (count in this run of the stage, in this step) and ``first_sweeps`` (least in the next step, steps in a
+    row in which fewer would have done) [-].
     Needs    PBFDensity in the same group.
     Errors   ValueError if rho_rest <= 0, eps < 0, tolerance < 0, sweeps < 1 or max_mean_error <= 0.
     Limits   The stiffness depends on the number of sweeps. The error is measured before the correction of the sweep.
@@ -648,9 +654,9 @@ class PBFMove(Equation):
     omega : float              Under-relaxation [-], in (0, 1].
     max_displacement : float   Largest displacement in one sweep [m], > 0.
 
-    Reads    d_dpx, d_dpy, d_dpz [m], constant ``prior`` [-].
-    Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_limited, own index only.
-    Needs    all corrections in an earlier group.
+    Reads    d_dpx, d_dpy, d_dpz [m], d_lmbda [kg m^2], constant ``prior`` [-].
+    Writes   d_x, d_y, d_z, d_sx, d_sy, d_sz [m], d_impulse (sum of omega lmbda over the sweeps of a step) [kg m^2],
+    d_limited, own index only.   Needs   all corrections in an earlier group.
     Errors   ValueError if omega is not in (0, 1] or max_displacement <= 0.
     Limits   A limited correction does not conserve momentum; the column ``n_limited`` of the results counts them.
     """
@@ -664,7 +670,9 @@ class PBFMove(Equation):
         self.max_displacement = float(max_displacement)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_prior, d_limited):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_lmbda, d_impulse, d_prior,
+                  d_limited):
+        d_impulse[d_idx] += d_prior[1] * self.omega * d_lmbda[d_idx]
         f = self.omega
         size = f * sqrt(d_dpx[d_idx]*d_dpx[d_idx] + d_dpy[d_idx]*d_dpy[d_idx] + d_dpz[d_idx]*d_dpz[d_idx])
         if size > self.max_displacement:
@@ -696,7 +704,8 @@ class PBFMoveAccelerated(Equation):
 
     Reads    d_dpx, d_dpy, d_dpz [m], constants ``sweep_weight`` (weight, last mean error, plain sweeps done) [-],
     ``density_error`` and ``prior``.   Writes   d_x .. d_z, d_sx .. d_sz [m], d_qx, d_qy, d_qz [m] (the last
-    displacement), d_limited, own index only; ``sweep_weight``.
+    displacement), d_q_lmbda (its multiplier) and d_impulse (their sum over a step) [kg m^2], d_limited, own index only;
+    ``sweep_weight``.
     Needs    all corrections in an earlier group; ``sweep_weight`` = (1, inf, 0) when the sweeps begin.
     Errors   ValueError if a parameter is out of range.   Limits   as :class:`PBFMove`.
     """
@@ -716,10 +725,12 @@ class PBFMoveAccelerated(Equation):
         self.delay = float(delay)
         super().__init__(dest, sources)
 
-    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_qx, d_qy, d_qz, d_limited,
-                  d_sweep_weight, d_prior):
+    def post_loop(self, d_idx, d_x, d_y, d_z, d_sx, d_sy, d_sz, d_dpx, d_dpy, d_dpz, d_qx, d_qy, d_qz, d_q_lmbda,
+                  d_lmbda, d_impulse, d_limited, d_sweep_weight, d_prior):
         carried = d_sweep_weight[0] - 1.0
         f = self.omega * d_sweep_weight[0]
+        d_q_lmbda[d_idx] = f * d_lmbda[d_idx] + carried * d_q_lmbda[d_idx]
+        d_impulse[d_idx] += d_prior[1] * d_q_lmbda[d_idx]
         qx = f * d_dpx[d_idx] + carried * d_qx[d_idx]
         qy = f * d_dpy[d_idx] + carried * d_qy[d_idx]
         qz = f * d_dpz[d_idx] + carried * d_qz[d_idx]
@@ -763,6 +774,8 @@ class PBFPressure(Equation):
     .. math::  p_i = -\frac{\rho_0}{\rho_\text{rest}\,\Delta t^2} \sum_j \Lambda_j W_{ij},
                \qquad \Lambda_j = \sum_\text{sweeps} \omega \lambda_j
 
+    A step that begins with multipliers (``lmbda_start``) has them in its sum.
+
     The sweeps move particles by :math:`w_i \sum_j \Lambda_j \nabla_i C_j`, which corresponds to the force
     :math:`\sum_j \Lambda_j \nabla_i C_j / \Delta t^2`. If C does not change while the swells s change by ds, the work
     of this force on the motion is :math:`-\sum_j \Lambda_j\, \partial_s C_j\, ds/\Delta t^2`, which equals
@@ -775,7 +788,7 @@ class PBFPressure(Equation):
     rho0 : float       Rest density [kg/m^3], > 0.
     rho_rest : float   Summed density of the rest lattice [kg/m^3], > 0.
 
-    Reads    s_impulse (sum of the multipliers) [kg m^2], the time step.   Writes   d_pressure [Pa], own index only.
+    Reads    s_impulse (Lambda) [kg m^2], the time step.   Writes   d_pressure [Pa], own index only.
     Errors   ValueError if rho0 <= 0 or rho_rest <= 0.   Limits   Walls have no multipliers. A limited correction
     (``n_limited``) counts in full.
     """

@@ -70,7 +70,8 @@ class HeatConductionClearyMonaghanLean(HostSum):
 
 
 class PBFForcesLean(HostSum):
-    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag` and :class:`PBFArtificialPressure` in one.
+    """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag`, :class:`PBFArtificialPressure`,
+    :class:`PBFWarmStart` and :class:`PBFBoundaryWarmStart` in one.
 
     It is for uniform m and h. Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes
     first in the force stage.

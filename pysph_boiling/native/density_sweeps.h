@@ -24,7 +24,8 @@ typedef struct {
 typedef struct {                        /* of the fluid */
     long n;
     double *x, *y, *z, *sx, *sy, *sz, *qx, *qy, *qz;    /* qx to qz: NULL for plain sweeps */
-    double *rho, *lmbda, *compression, *left_over;
+    double *q_lmbda;                                    /* NULL for plain sweeps */
+    double *rho, *lmbda, *impulse, *compression, *left_over;
     int *limited, *contacts, *projected;                /* the last two: NULL without a container */
     const unsigned int *uid;
     const int *phase;                                   /* NULL without cohesion */
@@ -57,29 +58,6 @@ PAIR_INLINE void sum_density(const PairSource *s, long i, const PairKernel *kern
     out[0] = lanes_sum(sum.outer) + kernel->ratio * lanes_sum(sum.inner);
     out[1] = lanes_sum(sum.gx); out[2] = lanes_sum(sum.gy); out[3] = lanes_sum(sum.gz);
     out[4] = lanes_sum(sum.gg);
-}
-
-typedef struct { Lanes x, y, z, plus, gx, gy, gz, here; } GradientSums;
-
-PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
-                              const PairKernel *kernel, int wendland) {
-    const LaneRecords at = lanes_records(s->records, neighbours);
-    const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Lanes f = lanes_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
-    sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
-    sum->here += p.r < lanes(COINCIDENT * kernel->h) ? counted : lanes(0.0);
-}
-
-/* out: sums of (plus + w) f (dx, dy, dz); how many neighbours are at the same place, itself among them. */
-PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, double plus,
-                              double x, double y, double z, double *out) {
-    const unsigned int *neighbours = s->begin[i];
-    const int n = s->count[i], last = lanes_last(n);
-    const Lanes none = lanes(0.0);
-    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), none, none, none, none};
-    for (int k = 0; k < last; k += LANES) add_gradient(&sum, s, neighbours + k, lanes(1.0), kernel, wendland);
-    if (n > 0) add_gradient(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland);
-    out[0] = lanes_sum(sum.gx); out[1] = lanes_sum(sum.gy); out[2] = lanes_sum(sum.gz); out[3] = lanes_sum(sum.here);
 }
 
 PAIR_INLINE long sweep_blocks(long n) { return (n + SWEEP_BLOCK - 1) / SWEEP_BLOCK; }
@@ -221,9 +199,11 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
                     sum_gradient(&walls[k], i, &kernel, wendland, 0.0, x, y, z, out);
                     d[0] += f * out[0]; d[1] += f * out[1]; d[2] += f * out[2];
                 }
-        double f = p->omega * weight;
+        double f = p->omega * weight, multiplier = f * lmbda;
         d[0] *= f; d[1] *= f; d[2] *= f;
         if (fluid->qx) {
+            multiplier += (weight - 1.0) * fluid->q_lmbda[i];
+            fluid->q_lmbda[i] = multiplier;
             d[0] += (weight - 1.0) * fluid->qx[i]; d[1] += (weight - 1.0) * fluid->qy[i];
             d[2] += (weight - 1.0) * fluid->qz[i];
         }
@@ -235,6 +215,7 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
         }
         if (fluid->qx) { fluid->qx[i] = d[0]; fluid->qy[i] = d[1]; fluid->qz[i] = d[2]; }
         fluid->x[i] = x + d[0]; fluid->y[i] = y + d[1]; fluid->z[i] = z + d[2];
+        fluid->impulse[i] += feels * multiplier;
         fluid->sx[i] += feels * d[0]; fluid->sy[i] += feels * d[1]; fluid->sz[i] += feels * d[2];
         if (fluid->phase && fluid->phase[i] == VAPOUR) pull(p, fluid, own, i, feels);
         if (p->container != NO_CONTAINER) contain(p, fluid, i, feels);

@@ -38,8 +38,10 @@ cdef extern from "exchange.h" nogil:
         double *qx
         double *qy
         double *qz
+        double *q_lmbda
         double *rho
         double *lmbda
+        double *impulse
         double *compression
         double *left_over
         int *limited
@@ -61,10 +63,9 @@ cdef extern from "exchange.h" nogil:
                        double, const unsigned int **, const int *, const int *, int *, unsigned int *)
     void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
     ctypedef struct Forces:
-        double viscosity, drag, repulsion, per_unit
-        int repels
-    void exchange_momentum(const PairKernel *, const PairSource *, const double *, long, const Forces *, const double *,
-                           double *, double *, double *)
+        double viscosity, drag, repulsion, per_unit, start, m
+    void exchange_momentum(const PairKernel *, const PairSource *, const PairSource *, int, const double *, long,
+                           const Forces *, const double *, double *, double *, double *)
 
 cdef enum:
     LINE = 64                       # bytes; a record never straddles two lines of the cache
@@ -134,15 +135,21 @@ cdef class FluidSums:
     cdef double[4] coefficients
     cdef PairSource own
     cdef Records records
+    cdef PairSource *walls
+    cdef int n_walls
+    cdef list wall_records
     cdef object kept                # what pointers point into
     cdef long n, total              # particles; with ghosts
     cdef double m
+
+    def __dealloc__(self):
+        free(self.walls)
 
     def __init__(self, *, tuple kernel, bint deep):
         for k in range(4):
             self.coefficients[k] = kernel[k]
         self.kernel.deep = deep
-        self.records = Records()
+        self.records, self.wall_records = Records(), []
 
     cdef int take_up(self, pa, lists) except -1:
         """The fluid where it is now, and its lists of neighbours (those of ``SortedCellNNPS.lists``)."""
@@ -153,6 +160,27 @@ cdef class FluidSums:
             self.m = data(pa, "m")[0]
             pair_kernel(&self.kernel, data(pa, "h")[0], c[0], c[1], c[2], c[3])
         self.point(&self.own, lists, self.records, self.total)
+        return 0
+
+    cdef int take_up_walls(self, walls) except -1:
+        """Pairs (array, lists of the fluid's neighbours there); ``take_up`` comes first."""
+        cdef PairSource *sources
+        cdef Records records
+        cdef long n
+        self.kept.append(walls)
+        if len(self.wall_records) < len(walls):
+            sources = <PairSource *>realloc(self.walls, len(walls)*sizeof(PairSource))
+            if sources == NULL:
+                raise MemoryError(f"no room for {len(walls)} arrays of walls")
+            self.walls = sources
+            self.wall_records = [Records() for _ in walls]
+        self.n_walls = len(walls)
+        for k in range(len(walls)):
+            wall, wall_lists = walls[k]
+            n, records = wall.get_number_of_particles(), self.wall_records[k]
+            self.point(&self.walls[k], wall_lists, records, n)
+            if n:
+                pack_records(n, data(wall, "x"), data(wall, "y"), data(wall, "z"), data(wall, "m"), records.first)
         return 0
 
     cdef int point(self, PairSource *s, lists, Records records, long n) except -1:
@@ -183,10 +211,13 @@ cdef class Exchange(FluidSums):
         pack_records(self.total, data(pa, "x"), data(pa, "y"), data(pa, "z"), data(pa, "k"), self.records.first)
         exchange_heat(&self.kernel, &self.own, self.n, data(pa, "T"), factor, data(pa, "ae"))
 
-    def momentum(self, pa, lists, double viscosity, double drag, double rho0, gravity, repulsion=None):
+    def momentum(self, pa, lists, walls, double viscosity, double drag, double rho0, gravity, repulsion=None,
+                 double start=0.0):
         """Set the accelerations [m/s^2] to gravity with what PBFXSPHViscosity and BubbleDrag add; rates in 1/s.
 
         ``repulsion`` are parameters of PBFArtificialPressure, strength/rho_rest [m^5/(kg s^2)] and per_unit, or none.
+        ``start`` is 1/rho_rest [m^3/kg] for PBFWarmStart and, with ``walls`` (pairs of an array and the lists of the
+        fluid's neighbours there), PBFBoundaryWarmStart; 0 for none.
         """
         cdef double g[3]
         cdef double scale, volume
@@ -195,6 +226,7 @@ cdef class Exchange(FluidSums):
         cdef double *records
         cdef long i
         self.take_up(pa, lists)
+        self.take_up_walls(walls)
         self.velocities.fit(self.total)
         g[0], g[1], g[2] = gravity
         scale = self.m/rho0*self.kernel.w_scale
@@ -203,14 +235,16 @@ cdef class Exchange(FluidSums):
         if phase != NULL:
             for i in range(self.total):
                 records[4*i + 3] = phase[i] == VAPOUR
-        pack_records(self.total, data(pa, "u"), data(pa, "v"), data(pa, "w"), NULL, self.velocities.first)
-        forces.viscosity, forces.drag, forces.repels = viscosity*scale, drag*scale, repulsion is not None
-        if forces.repels:
+        pack_records(self.total, data(pa, "u"), data(pa, "v"), data(pa, "w"),
+                     data(pa, "lmbda_start") if start > 0.0 else NULL, self.velocities.first)
+        forces.viscosity, forces.drag, forces.m = viscosity*scale, drag*scale, self.m
+        forces.repulsion, forces.per_unit, forces.start = 0.0, 0.0, start*self.kernel.g_scale
+        if repulsion is not None:
             volume = self.kernel.h**3 if self.kernel.deep else self.kernel.h**2
             forces.repulsion = self.m*repulsion[0]*self.kernel.g_scale
             forces.per_unit = repulsion[1]*self.kernel.w_scale*volume
-        exchange_momentum(&self.kernel, &self.own, self.velocities.first, self.n, &forces, g, data(pa, "au"),
-                          data(pa, "av"), data(pa, "aw"))
+        exchange_momentum(&self.kernel, &self.own, self.walls, self.n_walls, self.velocities.first, self.n, &forces, g,
+                          data(pa, "au"), data(pa, "av"), data(pa, "aw"))
 
 
 cdef class Labels(FluidSums):
@@ -247,14 +281,8 @@ cdef class DensitySweeps(FluidSums):
     """
     cdef SweepModel model
     cdef SweepFluid fluid
-    cdef PairSource *walls
-    cdef int n_walls
     cdef bint carries, coheres
-    cdef list wall_records
     cdef Records partial
-
-    def __dealloc__(self):
-        free(self.walls)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
                  bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
@@ -262,7 +290,7 @@ cdef class DensitySweeps(FluidSums):
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
         p.max_displacement = max_displacement
-        p.container, self.carries, self.wall_records, self.partial = NO_CONTAINER, carries, [], Records()
+        p.container, self.carries, self.partial = NO_CONTAINER, carries, Records()
         if box:
             p.container = BOX
             for k in range(3):
@@ -281,20 +309,17 @@ cdef class DensitySweeps(FluidSums):
         """
         cdef SweepFluid *f = &self.fluid
         cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
-        cdef Records records
-        cdef PairSource *sources
-        cdef long n
         self.take_up(pa, lists)
-        self.kept.append(walls)
         self.model.m, self.model.kernel, self.model.dt = self.m, self.kernel, dt
         f.n = self.n
         f.x, f.y, f.z = data(pa, "x"), data(pa, "y"), data(pa, "z")
         f.sx, f.sy, f.sz = data(pa, "sx"), data(pa, "sy"), data(pa, "sz")
-        f.qx = f.qy = f.qz = NULL
+        f.qx = f.qy = f.qz = f.q_lmbda = NULL
         if self.carries:
+            f.q_lmbda = data(pa, "q_lmbda")
             f.qx, f.qy, f.qz = data(pa, "qx"), data(pa, "qy"), data(pa, "qz")
         f.rho, f.lmbda, f.compression = data(pa, "rho"), data(pa, "lmbda"), data(pa, "compression")
-        f.left_over, f.limited = data(pa, "left_over"), counter(pa, "limited")
+        f.impulse, f.left_over, f.limited = data(pa, "impulse"), data(pa, "left_over"), counter(pa, "limited")
         f.uid = &uid[0] if uid.shape[0] else NULL
         f.phase = NULL
         if self.coheres:
@@ -303,19 +328,7 @@ cdef class DensitySweeps(FluidSums):
         f.contacts = f.projected = NULL
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")
-        if len(self.wall_records) < len(walls):
-            sources = <PairSource *>realloc(self.walls, len(walls)*sizeof(PairSource))
-            if sources == NULL:
-                raise MemoryError(f"density sweeps: no room for {len(walls)} arrays of walls")
-            self.walls = sources
-            self.wall_records = [Records() for _ in walls]
-        self.n_walls = len(walls)
-        for k in range(len(walls)):
-            wall, wall_lists = walls[k]
-            n, records = wall.get_number_of_particles(), self.wall_records[k]
-            self.point(&self.walls[k], wall_lists, records, n)
-            if n:
-                pack_records(n, data(wall, "x"), data(wall, "y"), data(wall, "z"), data(wall, "m"), records.first)
+        self.take_up_walls(walls)
         self.partial.fit(1 + f.n//SWEEP_BLOCK)
 
     def multipliers(self, double forgiven):

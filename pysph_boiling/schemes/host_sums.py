@@ -30,6 +30,12 @@ class Run:
         return nnps.lists(*pair) if hasattr(nnps, "lists") else fluid_sums().lists_of(nnps, *pair)
 
 
+    def wall_lists(self, pa):
+        """Pairs (array, lists) of the neighbours of a fluid in each of its ``walls``."""
+        arrays = {array.name: array for array in self.scheme.integrator.nnps.particles}
+        return [(arrays[name], self.lists(pa.name, name)) for name in self.walls]
+
+
 class Heat(Run):
     """Conduction in the fluid."""
 
@@ -55,18 +61,23 @@ class Labels(Run):
 
 
 class Forces(Run):
-    """Gravity, what viscosity and drag even out, and artificial pressure; each but ``body`` may be ``None``."""
+    """Gravity, what viscosity and drag even out, artificial pressure, and the pressure with which a step begins.
 
-    def __init__(self, scheme, body, viscosity, drag, pressure):
+    ``boundary`` is what walls add to the last one; each but ``body`` may be ``None``.
+    """
+
+    def __init__(self, scheme, body, viscosity, drag, pressure, start, boundary):
         super().__init__(scheme)
         self.gravity, self.rho0 = (body.gx, body.gy, body.gz), scheme.rho0
         self.viscosity = viscosity.rate if viscosity else 0.0
         self.drag = drag.rate if drag else 0.0
         self.repulsion = (pressure.strength / pressure.rho_rest, pressure.per_unit) if pressure else None
+        self.start = 1.0 / start.rho_rest if start else 0.0
+        self.walls = boundary.sources if boundary else []
 
     def __call__(self, pa, dt):
-        self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.viscosity, self.drag, self.rho0,
-                                         self.gravity, self.repulsion)
+        self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.wall_lists(pa), self.viscosity,
+                                         self.drag, self.rho0, self.gravity, self.repulsion, self.start)
 
 
 class Sweeps(Run):
@@ -96,10 +107,8 @@ class Sweeps(Run):
 
     def start(self, pa, dt):
         """The sums, for the particles where they are now, in a step of ``dt`` [s]."""
-        arrays = {array.name: array for array in self.scheme.integrator.nnps.particles}
         sweeps = self.native("DensitySweeps")
-        sweeps.start(pa, self.lists(pa.name, pa.name),
-                     [(arrays[name], self.lists(pa.name, name)) for name in self.walls], dt)
+        sweeps.start(pa, self.lists(pa.name, pa.name), self.wall_lists(pa), dt)
         return sweeps
 
     def density(self, pa, dt):

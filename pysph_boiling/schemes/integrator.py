@@ -40,10 +40,19 @@ class PBFStep(IntegratorStep):
     displacement rather than the old position, so that a periodic wrap or a single-precision position does not enter
     the velocity.
 
-    Reads    d_au .. d_aw [m/s^2].   Writes   d_u .. d_w [m/s], d_x .. d_z, d_sx .. d_sz [m], own index only.
+    The multipliers of the step give those with which the next one begins, ``lmbda_start``. They are per dt^2, so that
+    the length of the next step does not matter. With Lambda the sum of the multipliers of a step, and ' for the step
+    before it, they are min(0, w (L + t (L - L'))), L = Lambda/dt^2, for ``warm_start`` = (w, t, 1). With a third number
+    of 0, in a short step, they stay as they were: its multipliers can be those of a blow, not of a lasting pressure.
+
+    Reads    d_au .. d_aw [m/s^2], d_impulse (Lambda) [kg m^2], constant ``warm_start`` [-].
+    Writes   d_u .. d_w [m/s], d_x .. d_z, d_sx .. d_sz [m], d_impulse [kg m^2] (of the multipliers that are in the
+    prediction), d_lmbda_start, d_lmbda_last (L) [J], own index only.
     """
 
-    def stage1(self, d_idx, d_x, d_y, d_z, d_u, d_v, d_w, d_au, d_av, d_aw, d_sx, d_sy, d_sz, dt):
+    def stage1(self, d_idx, d_x, d_y, d_z, d_u, d_v, d_w, d_au, d_av, d_aw, d_sx, d_sy, d_sz, d_impulse, d_lmbda_start,
+               dt):
+        d_impulse[d_idx] = dt * dt * d_lmbda_start[d_idx]
         d_u[d_idx] += dt * d_au[d_idx]
         d_v[d_idx] += dt * d_av[d_idx]
         d_w[d_idx] += dt * d_aw[d_idx]
@@ -54,10 +63,14 @@ class PBFStep(IntegratorStep):
         d_y[d_idx] += d_sy[d_idx]
         d_z[d_idx] += d_sz[d_idx]
 
-    def stage2(self, d_idx, d_u, d_v, d_w, d_sx, d_sy, d_sz, dt):
+    def stage2(self, d_idx, d_u, d_v, d_w, d_sx, d_sy, d_sz, d_impulse, d_lmbda_start, d_lmbda_last, d_warm_start, dt):
         d_u[d_idx] = d_sx[d_idx] / dt
         d_v[d_idx] = d_sy[d_idx] / dt
         d_w[d_idx] = d_sz[d_idx] / dt
+        if d_warm_start[2] > 0.0:
+            now = d_impulse[d_idx] / (dt * dt)
+            d_lmbda_start[d_idx] = min(d_warm_start[0] * (now + d_warm_start[1] * (now - d_lmbda_last[d_idx])), 0.0)
+            d_lmbda_last[d_idx] = now
 
 
 class PBFFrozenStep(IntegratorStep):
@@ -80,7 +93,8 @@ class MotionLimits:
     ``longest_step`` [s] is the longest step; ``distance`` [m] and ``push`` [m] are the largest displacements of a
     particle in one step by its velocity and by its acceleration; steps shorter than ``short_step`` [s] count as short;
     mean errors up to ``tolerance`` [-] are not corrected; ``settle`` is the largest number of passes of the density
-    stage before the first step. Speeds are relative to the walls.
+    stage before the first step; ``warm_start`` are the share and the trend [-] that :class:`PBFStep` reads. Speeds are
+    relative to the walls.
     """
 
     longest_step: float
@@ -89,6 +103,7 @@ class MotionLimits:
     distance: float
     push: float
     settle: int
+    warm_start: tuple
 
     def substeps(self, arrays, dt, reductions=GENERAL):
         """Number of parts into which a step of ``dt`` [s] is split."""
@@ -156,6 +171,7 @@ class PBFIntegrator(Integrator):
             for pa in self.arrays:
                 set_constant(pa, "substeps", (n, pa.substeps[1] + float(n > 1)))
                 set_constant(pa, "sweeps", 0.0)
+                set_constant(pa, "warm_start", (*self.motion.warm_start, float(dt / n >= self.motion.short_step)))
         for k in range(n):
             if self.meter:
                 self.meter.begin(dt / n, short=dt / n < self.motion.short_step)
@@ -261,7 +277,8 @@ class PBFIntegrator(Integrator):
     def stages_at_correction(self):
         """Yields the indices of the stages to run on the corrected positions and the new velocities."""
         if "forces" in self.stages:
-            self.ghosts.refresh(("u", "v", "w"))
+            started = ("lmbda_start",) if self.motion.warm_start[0] else ()
+            self.ghosts.refresh(("u", "v", "w", *started, *(("impulse",) if self.meter else ())))
             yield self.stages["forces"]
 
     def search(self):

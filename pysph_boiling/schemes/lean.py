@@ -27,6 +27,7 @@ from pysph_boiling.equations.lean import (
     PBFSweepsLean,
 )
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
+from pysph_boiling.equations.warm_start import PBFBoundaryWarmStart, PBFWarmStart
 from pysph_boiling.native import serves
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
@@ -37,7 +38,7 @@ SWEEP_PLACES = ("density.multiplier", "density.correction", "density.pull", "den
 IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
              PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
-IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure)
+IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure, PBFWarmStart, PBFBoundaryWarmStart)
 
 
 def why_general(scheme, arrays):
@@ -99,6 +100,8 @@ def lean_terms(terms, scheme):
         one_for([labels[-1], *labels[:-1]], BubbleLabelsLean, Labels(scheme, next(
             term.equation for term in labels if type(term.equation) is BubbleHook)))
     forces = {type(term.equation): term for term in terms if type(term.equation) in IN_FORCES}
+    if PBFWarmStart not in forces:  # that of walls is summed with it
+        forces.pop(PBFBoundaryWarmStart, None)
     if PBFBodyForce in forces:
         parts = [forces[cls].equation if cls in forces else None for cls in IN_FORCES]
         one_for(sorted(forces.values(), key=terms.index), PBFForcesLean, Forces(scheme, *parts))

@@ -116,9 +116,8 @@ STAGES = (
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier; cohesion", ("lmbda",)),
             GroupSpec("correction", "position correction"),
             GroupSpec("pull", "the displacement by cohesion applied"),
-            GroupSpec("move", "the correction applied, containers", ("x", "y", "z", "impulse")),
+            GroupSpec("move", "the correction applied, containers", ("x", "y", "z")),
         ), iterate="sweeps"),
-        Block((GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),)),
     )),
     Stage("oscillation", "some bubble outside its radii", (
         Block((GroupSpec("push", "displacement to the target radius, computed on the host", ("x", "y", "z")),)),
@@ -127,6 +126,7 @@ STAGES = (
         Block((
             GroupSpec("sum", "every acceleration of the next prediction"),
             GroupSpec("release", "free vapour falls"),
+            GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),
             GroupSpec("next", "what the next step begins with: rest volume, no displacement by cohesion", ("swell",)),
         )),
     )),

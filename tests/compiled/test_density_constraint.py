@@ -67,7 +67,7 @@ def test_what_works_off_the_error_before_is_not_felt_by_the_velocity(kernels, gr
     x = vectors(fluid)
     for axis, name in enumerate(("dpx", "dpy", "dpz")):
         fluid.get(name)[:] = 0.1 * kernels.spacing * (axis + 1.0)
-    for name in ("qx", "qy", "qz"):
+    for name in ("qx", "qy", "qz", "q_lmbda"):
         fluid.get(name)[:] = 0.0
     fluid.prior[1] = 0.5
     kernels.run(group)

@@ -6,7 +6,7 @@ import pytest
 import sets
 from full import make, subgroups
 
-from pysph_boiling.equations.density_constraint import book_sweep
+from pysph_boiling.equations.density_constraint import PATIENCE, book_sweep
 from pysph_boiling.schemes.effects import EFFECTS, Drag
 from pysph_boiling.schemes.solver import vector_tag
 from pysph_boiling.schemes.stages import PLACES, STAGES, Term
@@ -43,7 +43,7 @@ def test_sweeps_are_limited_as_asked():
 
 def swept_array():
     """The constants of an array that are read and written when a sweep is booked."""
-    return SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0], first_sweeps=[0.0], prior=[1.0] * 3)
+    return SimpleNamespace(density_error=[0.0, 0.0], sweeps=[0.0, 0.0], first_sweeps=[0.0, 0.0], prior=[1.0] * 3)
 
 
 def sweeps_of_steps(*errors, fluid=None, tolerance=1e-2, most=6):
@@ -61,7 +61,9 @@ def sweeps_of_steps(*errors, fluid=None, tolerance=1e-2, most=6):
 def test_sweeps_come_in_pairs_and_a_step_begins_with_as_many_as_the_last():
     assert sweeps_of_steps(0.0) == [2.0] and sweeps_of_steps(1.0) == [6.0] and sweeps_of_steps(1.0, most=3) == [4.0]
     assert sweeps_of_steps(0.019, 0.03, 0.019, 0.03, 0.019) == [2.0, 4.0, 4.0, 4.0, 4.0], "the error varies a little"
-    assert sweeps_of_steps(0.05, 1e-3, 1e-3, 1e-3, 1e-3) == [6.0, 6.0, 4.0, 2.0, 2.0], "the water no longer needs them"
+    calm = [1e-3] * PATIENCE
+    assert sweeps_of_steps(0.05, *calm, *calm, *calm)[::PATIENCE] == [6.0, 6.0, 4.0, 2.0], "water no longer needs them"
+    assert sweeps_of_steps(0.05, *calm[:-1], 0.05, *calm)[-1] == 6.0, "and not for long enough"
 
 
 def test_sweeps_after_the_first_run_in_a_step_end_when_they_may():

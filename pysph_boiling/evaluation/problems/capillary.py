@@ -172,15 +172,10 @@ class LaplacePressure(Bubble):
         equations = {type(term.equation).__name__: term.equation for term in scheme.terms()}
         cohesion, rho_rest = equations["BubbleCohesion"], equations["PBFLambda"].rho_rest
         stepper.step(math.ceil(self.settle * math.sqrt(scheme.rho0 * radius**3 / self.sigma) / stepper.dt))
-        (move,) = (group for stage in stepper.equations.groups for block in stage for group in block.equations
-                   if group.name == "density_move")
-        impulse, found = np.zeros(len(fluid.x)), []  # the sum of the multipliers of a step
-        omega = self.density.omega_in(scheme.scene())
-        move.post.append(lambda: np.add(impulse, omega * fluid.lmbda, out=impulse))
+        found = []
         for _ in range(self.samples):
-            impulse[:] = 0.0
             stepper.step()
-            pressure = self.virial(fluid, impulse, scheme, cohesion, rho_rest, stepper.dt)
+            pressure = self.virial(fluid, fluid.impulse, scheme, cohesion, rho_rest, stepper.dt)
             r = np.linalg.norm(self.nearest(positions(fluid)[:, :self.dim] - self.place(fluid).mean(0)), axis=1)
             inside, outside = r < radius - cohesion.radius, r > radius + cohesion.radius
             found.append(pressure[inside].mean() - pressure[outside].mean())

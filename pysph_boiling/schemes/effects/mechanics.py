@@ -67,14 +67,13 @@ class MechanicalLedger(Effect):
                 for slot in self.owners(scene) for axis in ("au", "av", "aw")]
         if "expansion" in scene.effects:
             rows += [Property("swell_before", "-", "swell in the step before; 0 for a new particle", state=True),
-                     Property("impulse", "kg m^2", "sum of the multipliers of all sweeps of this step"),
                      Property("pressure", "Pa", "pressure of the density constraint in this step")]
         return tuple(rows)
 
     def terms(self, scene, fluid):
         if "expansion" in scene.effects:
             lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
-            yield Term("density.pressure", PBFPressure(
+            yield Term("forces.pressure", PBFPressure(
                 fluid, list(scene.fluids), rho0=scene.rho0, rho_rest=scene.rho0 * lattice))
 
     def constants(self, scene):
@@ -130,8 +129,8 @@ class WorkMeter:
     def __init__(self, effect, scene, arrays):
         self.arrays, self.scene = arrays, scene
         self.owners, self.gravity = effect.owners(scene), np.array(scene.gravity)
-        self.omega, self.swells = scene.effects["density"].omega_in(scene), "expansion" in scene.effects
-        self.summed, self.swelled, self.carried = [], [], {}
+        self.swells = "expansion" in scene.effects
+        self.summed, self.swelled = [], []
         self.energy = None  # kinetic energy of the displacement so far; None between steps and while settling
         self.apart = {**dict.fromkeys(FORCES, self.share), **dict.fromkeys(MOVES, self.moved)}
 
@@ -177,7 +176,6 @@ class WorkMeter:
                 change = dt * host(pa, "swelling") if short else swell - np.where(before > 0.0, before, swell)
                 self.swelled.append(change)
                 before[:] = swell
-                fill(pa, "impulse", 0.0)
 
     def predicted(self):
         """Measure after the prediction, before any stage."""
@@ -218,18 +216,7 @@ class WorkMeter:
         """Record the work of one effect whose terms have moved particles."""
         if self.energy is None:
             return
-        if slot == "density" and self.swells:
-            self.add_multipliers()
         self.book(slot, self.gained(self.kinetic()))
-
-    def add_multipliers(self):
-        """Add the multipliers of a sweep to those of the step, as :class:`PBFMoveAccelerated` adds displacements."""
-        for pa in self.arrays:
-            weight, last = self.carried[pa.name] if pa.sweeps[0] > 1.0 else (1.0, 0.0)
-            last = self.omega * weight * host(pa, "lmbda") + (weight - 1.0) * last
-            host(pa, "impulse")[:] += pa.prior[1] * last
-            weight = pa.sweep_weight[0] if "sweep_weight" in pa.constants else 1.0
-            self.carried[pa.name] = weight, last
 
     def share(self, slot):
         """Store the accelerations that the terms of one effect have added."""

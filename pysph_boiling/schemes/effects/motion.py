@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.equations import container, density_constraint, viscosity
+from pysph_boiling.equations import container, density_constraint, viscosity, warm_start
 from pysph_boiling.particles import Property, fill, lattice_density, lattice_stiffness, vector
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
@@ -17,6 +17,7 @@ __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscos
 STANDARD_DT_FACTOR = 0.07  # t*; the default time step
 MAX_OMEGA = 0.7  # largest default under-relaxation
 DISORDER = 1.15  # stiffness of settled water over that of the lattice, at most; measured 1.14 (2-D) and 1.11 (3-D)
+TREND = 0.3  # how much of the last change of the pressure a warm start goes on with
 MAX_PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
 
@@ -65,6 +66,8 @@ class DensityConstraint(Effect):
                               "a velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
     max_mean_error: float = param(0.015, "-", "mean positive density error above which more than max_sweeps are made, "
                                   "up to ten times as many", above=0.0, may_change=True)
+    warm_start: float = param(0.4, "-", "share of a step's pressure with which the next one begins; 0: from nothing",
+                              low=0.0, high=0.5, may_change=True)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings farther, and are kept until a particle has "
                         "moved by half of that", low=0.0, high=1.0)
 
@@ -95,13 +98,17 @@ class DensityConstraint(Effect):
             *vector("au av aw", "m/s^2", "acceleration for the next prediction", state=True),
             *vector("sx sy sz", "m", "displacement of this step, x* - x"),
             Property("lmbda", "kg m^2", "Lagrange multiplier of the density constraint"),
+            Property("impulse", "kg m^2", "sum of the multipliers of this step"),
+            Property("lmbda_last", "J", "that sum over dt^2, of the last step", state=True),
+            Property("lmbda_start", "J", "multiplier over dt^2 with which a step begins", state=True),
             Property("compression", "-", "positive part of the density constraint C"),
             Property("left_over", "-", "compression from before a short step"),
             *vector("gcx gcy gcz", "1/m", "gradient of C with respect to the particle itself"),
             Property("gc2", "1/(kg m^2)", "sum over the others of |grad C|^2 / m"),
             *vector("dpx dpy dpz", "m", "position correction of one sweep"),
             Property("limited", "-", "corrections cut by the displacement limiter since the start", "int", True, True),
-            *(vector("qx qy qz", "m", "displacement of the last sweep") if self.chebyshev_radius else ()),
+            *((*vector("qx qy qz", "m", "displacement of the last sweep"),
+               Property("q_lmbda", "kg m^2", "multiplier of the last sweep")) if self.chebyshev_radius else ()),
             *((Property("place", "-", "index at the last neighbour search", "int", True),
                *vector("listed_x listed_y listed_z", "m", "position at the last neighbour search", state=True))
               if self.skin else ()),
@@ -109,9 +116,9 @@ class DensityConstraint(Effect):
 
     def constants(self, scene):
         accelerated = {"sweep_weight": [1.0, math.inf, 0.0]} if self.chebyshev_radius else {}
-        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "first_sweeps": 0.0, "unconverged": 0.0,
-                "settled": 0.0, "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0]} | accelerated | (
-                    {"listed": -1.0} if self.skin else {})
+        return {"density_error": [0.0, 0.0], "sweeps": [0.0, 0.0], "first_sweeps": [0.0, 0.0], "unconverged": 0.0,
+                "settled": 0.0, "substeps": [1.0, 0.0], "prior": [1.0, 1.0, 1.0], "warm_start": [0.0, 0.0, 0.0]
+                } | accelerated | ({"listed": -1.0} if self.skin else {})
 
     def check(self, scene, arrays):
         """Check that no particle exceeds rest density by itself, because no motion could correct that."""
@@ -176,7 +183,8 @@ class DensityConstraint(Effect):
             raise ValueError(f"each step of {dt:.3g} s would be split into {dt / longest:.3g} parts, more than "
                              f"{MAX_SUBSTEPS}; {cause}, or use shorter steps")
         return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
-                            distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle)
+                            distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle,
+            warm_start=(self.warm_start, TREND))
 
     def tools(self, scheme):
         yield UnconvergedSteps(scheme, self)
@@ -187,9 +195,11 @@ class DensityConstraint(Effect):
         rho_rest = scene.rho0 * lattice
         eps = self.eps * squares / (scene.spacing**2 * scene.particle_mass)
         density, correction = density_constraint.PBFDensity, density_constraint.PBFPositionCorrection
+        start = warm_start.PBFWarmStart
         if "expansion" in scene.effects:
             density = density_constraint.PBFDensitySwollen
             correction = density_constraint.PBFPositionCorrectionSwollen
+            start = warm_start.PBFWarmStartSwollen
         yield Term("density.back", density_constraint.PBFStepBack(fluid, None))
         for place in ("density.before", "density.multiplier"):
             yield Term(place, density(fluid, fluids, rho_rest=rho_rest, kernel=scene.kernel))
@@ -211,6 +221,10 @@ class DensityConstraint(Effect):
             else density_constraint.PBFMove(fluid, None, **move))
         gx, gy, gz = scene.gravity
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
+        if self.warm_start:
+            yield Term("forces.sum", start(fluid, fluids, rho_rest=rho_rest))
+            if walls:
+                yield Term("forces.sum", warm_start.PBFBoundaryWarmStart(fluid, walls, rho_rest=rho_rest))
 
 
 CONTACTS = (
