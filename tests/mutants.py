@@ -132,7 +132,6 @@ MUTANTS = (  # --quick takes the first of each module
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
     sweeps("density: m of the others' gradients dropped", "f*f * out[4] / p->m", "f*f * out[4]"),
     sweeps("wall density: sign", "rho += scale * out[0]", "rho -= scale * out[0]"),
-    sweeps("correction: the neighbour's multiplier dropped", "(at.w + sum->plus)*counted", "sum->plus*counted"),
     sweeps("nothing set apart", "if (out[3] > 1.0)", "if (out[3] < 0.0)"),
     sweeps("left-over error worked off", "error - forgiven * fluid->left_over[i]", "error"),
     sweeps("wall correction: sign", "const double f = lmbda * slope", "const double f = -lmbda * slope"),
@@ -198,12 +197,11 @@ MUTANTS = (  # --quick takes the first of each module
     oscillation("same for every mass", "f = d_push_multiplier[d_idx] / d_m[d_idx]", "f = d_push_multiplier[d_idx]"),
     oscillation("displacement not told", "d_sz[d_idx] += pz", "d_sz[d_idx] += 0.0*pz"),
     pairs("transposition of four: y for z", "r.z = LANES_OF(ab_xz", "r.z = LANES_OF(ab_yw"),
+    pairs("gradient: the neighbour's multiplier dropped", "(at.w + sum->plus)*counted", "sum->plus*counted"),
     pairs("Wendland: slope", "5.0 * kernel->w_scale", "4.0 * kernel->w_scale"),
     pairs("cubic spline: inner part of the slope", "lanes(kernel->ratio)*(p.u*p.u)",
           "lanes(0.5*kernel->ratio)*(p.u*p.u)"),
     pairs("neighbours beyond the end count", "counted + 8 - (n - lanes_last(n))", "counted + 7 - (n - lanes_last(n))"),
-    start("warm start: the neighbour's multiplier dropped", " + d_m[d_idx]*s_lmbda_start[s_idx]) / (d_m", ") / (d_m"),
-    start("warm start, walls: sign", "f = s_m[s_idx]*d_lmbda_start[d_idx] /", "f = -s_m[s_idx]*d_lmbda_start[d_idx] /"),
     sums("at the edge it is not held", "_CMP_LE_OQ", "_CMP_LT_OQ"),
     sums("compensation dropped", "return total.sum + total.lost;", "return total.sum;"),
     sums("rest of a block dropped", "for (; i < end; i++) rest += a[i];", ""),
@@ -240,6 +238,8 @@ MUTANTS = (  # --quick takes the first of each module
     viscosity("XSPH: sign", "d_au[d_idx] -= f * VIJ[0]", "d_au[d_idx] += f * VIJ[0]"),
     viscosity("wall friction: y dropped", "d_av[d_idx] -= f * d_v[d_idx]", "d_av[d_idx] -= 0.0"),
     viscosity("gravity x 2", "d_aw[d_idx] = self.gz", "d_aw[d_idx] = 2.0*self.gz"),
+    start("warm start: the neighbour's multiplier dropped", " + d_m[d_idx]*s_lmbda_start[s_idx]) / (d_m", ") / (d_m"),
+    start("warm start, walls: sign", "f = s_m[s_idx]*d_lmbda_start[d_idx] /", "f = -s_m[s_idx]*d_lmbda_start[d_idx] /"),
 )
 
 

@@ -19,7 +19,7 @@ def refreshed(equations):
 
 def test_ghosts_are_refreshed_after_every_group_that_changes_what_neighbours_read():
     found = refreshed(make(effects=FULL, lean=False)[2])
-    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z", "impulse")
+    assert found["density_multiplier"] == ("lmbda",) and found["density_move"] == ("x", "y", "z")
     assert found["heat_temperature"] == ("T", "k") and found["heat_update"] == ("e", "T")
     assert found["phases_edges"] == ("phase", "T")
     assert found["bubbles_start"] == found["bubbles_snap"] == ("grandparent",) and found["bubbles_film"] == ("film",)
