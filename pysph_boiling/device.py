@@ -94,14 +94,15 @@ def counted(mask):
 class Subset:
     """Some of the real particles of one array; only the values that are asked for are fetched to the host.
 
-    ``chosen`` is a mask (n,) computed from :func:`values`. The order is that of the array. A subset is valid until
-    particles are added, removed or reordered.
+    ``chosen`` is a mask (n,) computed from :func:`values`; on the host their indices ``who`` may be given instead. The
+    order is that of the array. A subset is valid until particles are added, removed or reordered.
     """
 
-    def __init__(self, pa, chosen):
+    def __init__(self, pa, chosen=None, who=None):
         self.pa = pa
-        self.who = np.flatnonzero(chosen) if pa.gpu is None else _compressed(chosen, pa.gpu.backend)
-        self.n = len(self.who)
+        if who is None:
+            who = np.flatnonzero(chosen) if pa.gpu is None else _compressed(chosen, pa.gpu.backend)
+        self.who, self.n = who, len(who)
 
     def __len__(self):
         return self.n
@@ -299,15 +300,19 @@ def neighbour_search(particles, **options):
     return ZOrderGPUNNPS(particles=particles, **options)
 
 
-def order(nnps, arrays):
+def order(nnps, arrays, scratch=None):
     """Sort the particles of ``arrays`` in memory by the cells of the neighbour search, which must search again next.
 
-    PySPH sorts by the indices of its last search, which no longer fit after particles were removed. Its searches also
-    mix ghosts with the other particles; ours keeps ghosts behind them.
+    ``scratch`` maps names of arrays to properties that need not be sorted, since each step writes them before it reads
+    them. PySPH sorts by the indices of its last search, which no longer fit after particles were removed. Its searches
+    also mix ghosts with the other particles; ours keeps ghosts behind them.
     """
     if nnps.domain.manager.is_periodic and not getattr(nnps, "ghosts_stay_behind", False):
         return
     nnps.update()
     for index, pa in enumerate(nnps.particles):
         if any(pa is one for one in arrays):
-            nnps.spatially_order_particles(index)
+            if hasattr(nnps, "order_particles"):
+                nnps.order_particles(index, (scratch or {}).get(pa.name, ()))
+            else:
+                nnps.spatially_order_particles(index)

@@ -2,13 +2,18 @@
 
 PySPH writes HDF5. Its loader also unpickles ``.npz`` files, which can execute any code, so they are not read here.
 """
+import io
 import json
 import os
 import re
+import struct
+import zlib
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["Manifest", "last_output", "output_files", "read_output", "whole"]
+import numpy as np
+
+__all__ = ["Manifest", "last_output", "npz", "output_files", "read_output", "whole"]
 
 PARTICLES = re.compile(r"(.+)_(\d+)\.hdf5")  # name of a particle file of PySPH: that of the run, and the step
 # The first line of a list, by which it is recognised: lists of earlier versions begin with it too.
@@ -25,6 +30,28 @@ def whole(path):
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def npz(table):
+    """Bytes of an uncompressed NumPy archive of ``table``, name -> array (n,): what ``np.savez`` writes, in a quarter
+    of its time. Limits: less than 4 GB."""
+    heads, parts, central, at = {}, [], [], 0
+    for name, values in table.items():
+        values = np.ascontiguousarray(values)
+        kind = values.dtype.str, values.shape
+        if kind not in heads:
+            memory = io.BytesIO()
+            np.lib.format.write_array_header_1_0(memory, np.lib.format.header_data_from_array_1_0(values))
+            heads[kind] = memory.getvalue(), zlib.crc32(memory.getvalue())
+        head, sum_of_head = heads[kind]
+        path, size = f"{name}.npy".encode(), len(head) + values.nbytes
+        entry = struct.pack("<5H3I2H", 20, 0, 0, 0, 33, zlib.crc32(values, sum_of_head), size, size, len(path), 0)
+        parts += [b"PK\x03\x04", entry, path, head, values.data]
+        central += [b"PK\x01\x02\x14\x00", entry, struct.pack("<3H2I", 0, 0, 0, 0o600 << 16, at), path]
+        at += 30 + len(path) + size
+    entries = b"".join(central)
+    end = struct.pack("<4s4H2IH", b"PK\x05\x06", 0, 0, len(table), len(table), len(entries), at, 0)
+    return b"".join([*parts, entries, end])
 
 
 class Manifest:
@@ -63,8 +90,11 @@ class Manifest:
 
     def refuse(self, *patterns):
         """Raise ``FileExistsError`` if a file that matches one of the regular expressions is the user's."""
-        theirs = sorted(name for name in self.found() if name not in self.known and any(
-            re.fullmatch(pattern, name) for pattern in patterns))
+        self._keep(name for name in self.found() if any(re.fullmatch(pattern, name) for pattern in patterns))
+
+    def _keep(self, names):
+        """Raise ``FileExistsError`` if one of these files, which exist, is the user's."""
+        theirs = sorted(name for name in names if name not in self.known)
         if theirs:
             raise FileExistsError(
                 f"{self.folder} holds {', '.join(theirs[:3])}{' and others' if len(theirs) > 3 else ''}, which "
@@ -75,7 +105,7 @@ class Manifest:
         new = [name for name in map(str, names) if name not in self.known]
         if not new and "MANIFEST" in self.known:
             return
-        self.refuse(*map(re.escape, new))
+        self._keep(name for name in new if (self.folder / name).is_file())
         self.folder.mkdir(parents=True, exist_ok=True)
         if "MANIFEST" not in self.known:
             self.refuse("MANIFEST")

@@ -207,6 +207,8 @@ MUTANTS = (  # --quick takes the first of each module
     sums("rest of a block dropped", "for (; i < end; i++) rest += a[i];", ""),
     sums("a NaN goes unseen", "none |= a[i] != a[i];", ""),
     sums("groups begin anywhere", ": i < j;", ": i > j;"),
+    sums("what is below lies within", "_mm256_cmpgt_epi32(low, v)", "_mm256_cmpgt_epi32(v, v)"),
+    sums("the last values go unseen", "if (low <= a[i] && a[i] <= high) return 1;", ""),
     phase("temperature after: capacity of vapour for liquid",
           "self.c_l,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic",
           "self.c_v,\n                                         self.c_v, self.subcooling)\n\n\nclass PhaseKinetic"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
-__all__ = ["FluidModule", "fluid_sums", "groups", "has_avx2", "serves"]
+__all__ = ["FluidModule", "fluid_sums", "groups", "has", "has_avx2", "members", "serves"]
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
@@ -56,9 +56,30 @@ def fluid_sums(say=None):
     return FluidModule.loaded(say)
 
 
+def loaded():
+    """The compiled module if a run has loaded it, else ``None``."""
+    return next((module for (cls, _), module in FluidModule.modules.items() if cls is FluidModule), None)
+
+
 def groups(label):
     """As ``np.unique`` of labels (n,): (labels, first, index, number); in C where a run has loaded the module."""
-    module = next((module for (cls, _), module in FluidModule.modules.items() if cls is FluidModule), None)
+    module = loaded()
     if module is None or label.dtype != np.uintc:
         return np.unique(label, return_index=True, return_inverse=True, return_counts=True)
     return module.groups_of(label)
+
+
+def has(numbers, low, high):
+    """Whether one of the whole ``numbers`` (n,) lies in ``low`` .. ``high``; in C as in :func:`groups`."""
+    module = loaded()
+    if module is None:
+        return bool(np.any((numbers >= low) & (numbers <= high)))
+    return module.has_within(numbers, low, high)
+
+
+def members(numbers, low, high):
+    """Indices, in order, of the whole ``numbers`` (n,) that lie in ``low`` .. ``high``; in C as in :func:`groups`."""
+    module = loaded()
+    if module is None:
+        return np.flatnonzero((numbers >= low) & (numbers <= high))
+    return module.indices_within(numbers, low, high)

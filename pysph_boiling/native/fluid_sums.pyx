@@ -7,7 +7,7 @@ from libc.stdlib cimport free, realloc
 
 import numpy as np
 
-from cyarray.carray cimport UIntArray
+from cyarray.carray cimport DoubleArray, IntArray, UIntArray
 from pysph.base.nnps_base cimport NNPS
 
 cdef extern from "exchange.h" nogil:
@@ -357,6 +357,8 @@ cdef class DensitySweeps(FluidSums):
 cdef extern from * nogil:
     enum: N_STATES
     long label_groups(long, const unsigned int *, long *, unsigned int *, long *, long *, long *)
+    int any_within(long, const int *, int, int)
+    long all_within(long, const int *, int, int, long *)
     double property_sum(long, const double *)
     double counter_sum(long, const int *)
     void property_ends(long, const double *, double *)
@@ -373,6 +375,32 @@ def sum_of(values):
         return property_sum(numbers.shape[0], &numbers[0]) if numbers.shape[0] else 0.0
     counters = values
     return counter_sum(counters.shape[0], &counters[0]) if counters.shape[0] else 0.0
+
+
+def sums_of(pa, names):
+    """Sums of properties of the real particles of an array, each of type float or int, as a list."""
+    cdef long n = pa.get_number_of_particles(True)
+    cdef list sums = []
+    for name in names:
+        values = pa.properties[name]
+        sums.append(property_sum(n, (<DoubleArray>values).data) if type(values) is DoubleArray
+                    else counter_sum(n, (<IntArray?>values).data))
+    return sums
+
+
+def has_within(const int[::1] values, int low, int high):
+    """Whether one of the values (n,) lies in low..high."""
+    return values.shape[0] > 0 and any_within(values.shape[0], &values[0], low, high) != 0
+
+
+def indices_within(const int[::1] values, int low, int high):
+    """Indices of the values (n,) that lie in low..high, in order."""
+    cdef long n = values.shape[0]
+    found = np.empty(all_within(n, &values[0], low, high, NULL) if n else 0, np.int_)
+    cdef long[::1] f = found
+    if f.shape[0]:
+        all_within(n, &values[0], low, high, &f[0])
+    return found
 
 
 def ends_of(const double[::1] values):

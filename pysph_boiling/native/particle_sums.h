@@ -34,6 +34,41 @@ static long label_groups(long n, const unsigned int *label, long *order, unsigne
     return groups;
 }
 
+/* Which of 8 values lie in low..high, as bits. */
+PAIR_INLINE int within(const int *a, __m256i low, __m256i high) {
+    const __m256i v = _mm256_loadu_si256((const __m256i *)a);
+    const __m256i out = _mm256_or_si256(_mm256_cmpgt_epi32(low, v), _mm256_cmpgt_epi32(v, high));
+    return ~_mm256_movemask_ps(_mm256_castsi256_ps(out)) & 255;
+}
+
+/* Whether one of the values lies in low..high. */
+static int any_within(long n, const int *a, int low, int high) {
+    const __m256i least = _mm256_set1_epi32(low), most = _mm256_set1_epi32(high);
+    long i = 0;
+    for (; i + 8 <= n; i += 8)
+        if (within(a + i, least, most)) return 1;
+    for (; i < n; i++)
+        if (low <= a[i] && a[i] <= high) return 1;
+    return 0;
+}
+
+/* Number of the values that lie in low..high; their indices, in order, unless `found` is NULL. */
+static long all_within(long n, const int *a, int low, int high, long *found) {
+    const __m256i least = _mm256_set1_epi32(low), most = _mm256_set1_epi32(high);
+    long number = 0, i = 0;
+    for (; i + 8 <= n; i += 8) {
+        int bits = within(a + i, least, most);
+        if (!found) number += __builtin_popcount(bits);
+        else for (; bits; bits &= bits - 1) found[number++] = i + __builtin_ctz(bits);
+    }
+    for (; i < n; i++)
+        if (low <= a[i] && a[i] <= high) {
+            if (found) found[number] = i;
+            number++;
+        }
+    return number;
+}
+
 typedef struct { double sum, lost; } Total;
 
 PAIR_INLINE void total_add(Total *t, double value) {

@@ -601,6 +601,13 @@ class SceneApplication(Application):
         return "opencl" if config.use_opencl else "cuda" if config.use_cuda else \
             "openmp" if config.use_openmp else "cython"
 
+    @functools.cached_property
+    def recorded(self):
+        """The parameters and the effects for ``run.json``."""
+        return {"parameters": self.recorded_parameters(),
+                "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
+                            for slot, effect in self.scheme.effects.items()}}
+
     def recorded_parameters(self):
         """Parameters for ``run.json``; ``replaced_by`` names the option of an effect that overrides one."""
         rows = with_units(self.parameters)
@@ -640,9 +647,7 @@ class SceneApplication(Application):
             "quality": options.quality or "scene",
             "steps": self.solver.count,
             "particles": self.counts(),
-            "parameters": self.recorded_parameters(),
-            "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
-                        for slot, effect in scheme.effects.items()},
+            **self.recorded,
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},
             "wall_time": {"unit": "s", **scheme.integrator.wall_time},
             "timed": {"steps": self.solver.count - self.began[1], "seconds": perf_counter() - self.began[0]},

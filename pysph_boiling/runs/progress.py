@@ -1,8 +1,10 @@
 """What happens beside the steps of a run: a progress bar, Ctrl-C between two steps, a dry vessel, and warnings."""
+import math
 import signal
 import threading
 import warnings
 from contextlib import contextmanager
+from time import perf_counter
 
 from pysph.solver.tools import Tool
 
@@ -10,6 +12,8 @@ from pysph_boiling.device import real
 from pysph_boiling.parallel import ranks
 
 __all__ = ["Dry", "Interrupt", "Progress", "Stopped", "plain_warnings"]
+
+SECONDS_SHOWN = 0.2  # s between two updates of the progress bar, which is drawn twice a second
 
 
 @contextmanager
@@ -84,8 +88,10 @@ class Progress(Tool):
                             TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(), refresh_per_second=2,
                             disable=quiet)
         self.task = self.bar.add_task(title, total=solver.tf - solver.t, now=solver.t)
-        self.start = solver.t
+        self.start, self.told = solver.t, -math.inf
 
     def post_step(self, solver):
-        now = solver.t + solver.dt
-        self.bar.update(self.task, completed=now - self.start, now=now)
+        now, clock = solver.t + solver.dt, perf_counter()
+        if clock - self.told > SECONDS_SHOWN or now >= solver.tf - solver.dt:
+            self.told = clock
+            self.bar.update(self.task, completed=now - self.start, now=now)

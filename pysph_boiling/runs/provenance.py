@@ -12,8 +12,14 @@ __all__ = ["origin", "processor", "versions"]
 
 def origin():
     """A dict that says where, when and with what a run was made: versions, machine, processor and time it finished."""
-    return {"versions": versions(), "machine": f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores",
-            "processor": processor(), "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+    return {"versions": versions(), "machine": machine(), "processor": processor(),
+            "finished": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+
+
+@functools.cache
+def machine():
+    """The kind of machine and system, and the number of cores."""
+    return f"{platform.machine()} {platform.system()}, {os.cpu_count()} cores"
 
 
 @functools.cache

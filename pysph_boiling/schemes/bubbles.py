@@ -66,11 +66,16 @@ class Departures(Tool):
 
     def post_step(self, solver):
         uid, vapour, aloft = self.look()
-        was = np.searchsorted(self.attached, uid, "right") > np.searchsorted(self.attached, uid, "left")
-        before = vapour.sum(was)
+        before = vapour.sum(self.was_attached(uid))
         for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
             self.events.append((solver.t + solver.dt, int(n)))
         self.attached = np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
+
+    def was_attached(self, uid):
+        """Which of the particles ``uid`` (n,) were in attached bubbles one step before, (n,)."""
+        if len(self.attached) == 0:
+            return np.zeros(len(uid), bool)
+        return self.attached.take(np.searchsorted(self.attached, uid), mode="clip") == uid
 
     def look(self):
         """Uids of the vapour particles, their bubbles, and for each bubble whether it is detached."""

@@ -159,6 +159,11 @@ class PBFIntegrator(Integrator):
             arrays[:] = [found[name] for name in names]
         self.ghosts.arrays = self.arrays
 
+    def update_domain(self):
+        """Make the ghosts of a periodic domain, and find the size of cells, which our search finds itself."""
+        if self.nnps.domain.manager.is_periodic or not hasattr(self.nnps, "lists"):
+            super().update_domain()
+
     def initial_acceleration(self, t, dt):
         """Does nothing: a step starts with its prediction, and a resumed run must not evaluate a stage twice."""
 

@@ -4,6 +4,7 @@ PySPH spends nine tenths of the time for a file on its attributes, six for each 
 file of a run.
 """
 import io
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -11,35 +12,56 @@ from pysph.solver.output import HDFOutput
 
 __all__ = ["ParticleFiles"]
 
+MARK = b"\x3b\xa7\x1c\x55\xd2\x6e\x29"  # with another byte behind it, a number by which an attribute is found in a file
+
+
+class Places(NamedTuple):
+    """Where numbers lie in a file: of datasets (first byte, last byte + 1, array, group, name), and of solver data.
+
+    The latter maps names to (first byte, dtype); each has 8 bytes.
+    """
+
+    datasets: list
+    solver_data: dict
+
 
 class ParticleFiles(HDFOutput):
-    """PySPH's HDF5 writer, which copies the last file and replaces its numbers if nothing else has changed.
+    """PySPH's HDF5 writer, which keeps the last file and replaces its numbers if nothing else has changed.
 
-    ``dump(memory, particles, solver_data)`` is PySPH's method, here for an empty ``io.BytesIO``. PySPH writes the first
-    file, and each file whose arrays, properties, attributes or lengths differ from the last one. Any other file is a
-    copy of the last one, with the present numbers at the positions given by HDF5.
+    ``dump(None, particles, solver_data)`` is PySPH's method. Then ``pieces`` are the parts of the file, in order; some
+    are the numbers of the particle arrays themselves, so write them before these change. PySPH writes the first file,
+    and each file whose arrays, properties, attributes or lengths differ from the last one. Any other file is the last
+    one, with the present numbers at the positions given by HDF5.
 
     Limits: compressed numbers have no fixed positions, so PySPH writes every compressed file.
     """
 
-    last = layout = None  # the last file that PySPH wrote, and its layout
-    places = None  # its datasets: (first byte, last byte + 1, array, group, name)
+    file = layout = None  # the last file that PySPH wrote, and its layout
+    places = None  # in that file
+    pieces = ()
 
-    def _dump(self, memory):
+    def _dump(self, _):
         layout = self._layout()
-        if self.compress or layout != self.layout:
-            super()._dump(memory)
-            self.last, self.layout, self.places = memory.getvalue(), layout, None
-            return
-        if self.places is None:
-            self.places = places(self.last)
-        memory.write(self.last)
-        with memory.getbuffer() as view:
-            for first, end, array, group, name in self.places:
-                view[first:end] = memoryview(np.ascontiguousarray(self._numbers(array)[group][name])).cast("B")
-        with h5py.File(memory, "r+") as file:
-            for name, value in self.solver_data.items():
-                file["solver_data"].attrs.modify(name, value)
+        if not self.compress and layout == self.layout:
+            self.places = self.places or places(self.file, self.solver_data)
+            if self.places:
+                self.pieces = list(self._replaced())
+                return
+        memory = io.BytesIO()
+        super()._dump(memory)
+        self.file, self.layout, self.places = bytearray(memory.getbuffer()), layout, None
+        self.pieces = [self.file]
+
+    def _replaced(self):
+        """The parts of the last file, with the present numbers."""
+        for name, (first, dtype) in self.places.solver_data.items():
+            self.file[first:first + 8] = np.array(self.solver_data[name], dtype).tobytes()
+        numbers, done, file = {name: self._numbers(name) for name in self.particle_data}, 0, memoryview(self.file)
+        for first, end, array, group, name in self.places.datasets:
+            yield file[done:first]
+            yield np.ascontiguousarray(numbers[array][group][name]).data.cast("B")
+            done = end
+        yield file[done:]
 
     def _numbers(self, array):
         """The arrays of numbers to write for a particle array, by group: name -> array (n,)."""
@@ -54,15 +76,31 @@ class ParticleFiles(HDFOutput):
             for array, info in self.particle_data.items()}
 
 
-def places(file):
-    """Positions of the datasets in a file, given as bytes: (first byte, last byte + 1, array, group, name)."""
-    found = []
+def places(file, solver_data):
+    """The :class:`Places` in a file, given as bytes; ``None`` if solver data do not have 8 bytes each.
+
+    HDF5 tells where a dataset is, but not where an attribute is: there numbers that occur nowhere else are written into
+    a copy, and looked up in it.
+    """
+    datasets, attributes, copy = [], {}, io.BytesIO(file)
 
     def look(path, item):
         if isinstance(item, h5py.Dataset) and item.size:
             first = item.id.get_offset()
-            found.append((first, first + item.id.get_storage_size(), *path.split("/")))
+            datasets.append((first, first + item.id.get_storage_size(), *path.split("/")))
 
-    with h5py.File(io.BytesIO(file), "r") as opened:
+    with h5py.File(copy, "r+") as opened:
         opened["particles"].visititems(look)
-    return found
+        attrs = opened["solver_data"].attrs
+        dtypes = {name: attrs.get_id(name).dtype for name in solver_data}
+        if any(dtype.kind not in "if" or dtype.itemsize != 8 for dtype in dtypes.values()):
+            return None
+        for k, (name, dtype) in enumerate(dtypes.items()):
+            attrs.modify(name, np.frombuffer(MARK + bytes([k]), dtype)[0])
+    marked = copy.getvalue()
+    for k, (name, dtype) in enumerate(dtypes.items()):
+        first = marked.find(MARK + bytes([k]))
+        if first < 0 or marked.find(MARK + bytes([k]), first + 1) >= 0:
+            return None
+        attributes[name] = first, dtype
+    return Places(sorted(datasets), attributes)

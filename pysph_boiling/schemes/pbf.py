@@ -259,6 +259,8 @@ class PBFScheme(Scheme):
         self.solver = StagedSolver(
             kernel=self.kernel, dim=self.dim, integrator=self.integrator, dt=dt, fixed_h=True, **kw)
         self.solver.set_reorder_freq(SORT_INTERVAL)
+        self.solver.scratch = dict.fromkeys(self.fluids, frozenset(
+            row.name for row in self.effect_rows("properties") if not row.state))
         self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 

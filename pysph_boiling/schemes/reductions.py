@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
-from pysph_boiling.device import largest, largest_size, smallest, summed, values
-from pysph_boiling.native import fluid_sums
+from pysph_boiling import native
+from pysph_boiling.device import counted, largest, largest_size, smallest, summed, values
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase, at_saturation
 
-__all__ = ["GENERAL", "HELD", "CompiledReductions", "Reductions"]
+__all__ = ["GENERAL", "HELD", "CompiledReductions", "Reductions", "has"]
 
 HELD = len(Phase)  # number of the state of superheated liquid that is at T_sat, which is counted apart
 
@@ -40,6 +40,10 @@ class Reductions:
         """Sum of a property."""
         return float(np.sum(host(pa, name), dtype=float))
 
+    def sums(self, pa, names):
+        """Sums of properties, as a list."""
+        return [self.sum(pa, name) for name in names]
+
     def states(self, pa):
         """(number of particles (5,), enthalpy [J] (5,), held latent heat [J]).
 
@@ -65,7 +69,7 @@ class CompiledReductions(Reductions):
 
     @functools.cached_property
     def module(self):
-        return fluid_sums()
+        return native.fluid_sums()
 
     def not_finite(self, pa, names):
         if pa.get_number_of_particles(True) == 0:
@@ -85,9 +89,21 @@ class CompiledReductions(Reductions):
     def sum(self, pa, name):
         return self.module.sum_of(pa.get(name))
 
+    def sums(self, pa, names):
+        return self.module.sums_of(pa, names)
+
     def _states(self, m, e, e_lat, phase):
         number, energy = self.module.states_of(m, e, e_lat, phase)
         return number, energy[:-1], energy[-1]
 
 
 GENERAL = Reductions()
+
+
+def has(pa, name, low, high):
+    """Whether a property of whole numbers lies in ``low`` .. ``high`` for one of this rank's particles."""
+    if pa.gpu is None:
+        return native.has(pa.get(name), low, high)
+    found = values(pa, name)
+    return counted((found >= low) & (found <= high)) > 0
+

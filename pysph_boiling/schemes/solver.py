@@ -5,7 +5,6 @@ first, and PySPH then finds all of them in its cache. A module only declares the
 which differ in others share it.
 """
 import functools
-import io
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -36,10 +35,11 @@ from pysph_boiling.schemes.particle_files import ParticleFiles
 from pysph_boiling.schemes.reductions import CompiledReductions
 from pysph_boiling.threads import end_on_interrupt
 
-__all__ = ["StagedSolver", "build_side_by_side", "strip_unused_declarations", "vector_flags", "vector_tag",
-           "vectorised"]
+__all__ = ["StagedSolver", "build_side_by_side", "step_few_alone", "strip_unused_declarations", "vector_flags",
+           "vector_tag", "vectorised"]
 
 NEVER = (-1.0,)  # step at which particles were sorted last
+FEW = 100_000  # particles, whose prediction takes one thread less time than others take to wake up
 
 # Vectorised sums over neighbours need reordering, which these flags allow; NaN and Inf keep their meaning. -O2 without
 # debugging symbols compiles in half the time of -O3 with them, and vectorises the same sums.
@@ -94,11 +94,21 @@ def strip_unused_declarations(source):
     return f"{head}{begin}    cdef dict __dict__\n{wrapper}{end}{tail}"
 
 
+def step_few_alone(source):
+    """The source of a PySPH module whose integrator takes ``FEW`` particles with one thread."""
+    return source.replace("prange(0, NP_DEST, 1, ", f"prange(0, NP_DEST, 1, use_threads_if=NP_DEST > {FEW}, ")
+
+
+def edited(source):
+    """The source of a PySPH module as it is compiled here."""
+    return step_few_alone(strip_unused_declarations(source))
+
+
 class StrippedHelper(acceleration_eval_cython_helper.AccelerationEvalCythonHelper):
-    """PySPH's generator of a module, with :func:`strip_unused_declarations`."""
+    """PySPH's generator of a module, with :func:`edited`."""
 
     def compile(self, code):
-        return super().compile(strip_unused_declarations(code))
+        return super().compile(edited(code))
 
 
 class VectorModule(CheckedModule):
@@ -150,7 +160,7 @@ def build_side_by_side(arrays, equations, kernel, integrator, mode="serial", say
     helpers = compiler.acceleration_eval_helpers
     sources = [compiler._get_code(), *(helper.get_code() for helper in helpers[1:])]
     names = list(getattr(integrator, "stages", ())) or [f"stage {number}" for number in range(len(sources))]
-    modules = [VectorModule.of(strip_unused_declarations(source)) for source in sources]
+    modules = [VectorModule.of(edited(source)) for source in sources]
     missing = [number for number, module in enumerate(modules) if not module.whole()]
     if not missing:
         return
@@ -188,9 +198,11 @@ class StagedSolver(Solver):
 
     ``before_output`` is called before each particle file, and ``on_domain`` once with the periodic domain and the
     particles. ``reach`` is the range of neighbour lists in supports. ``say`` is called with messages on compiling.
+    ``scratch`` maps names of arrays to the properties that every step writes before it reads them.
     """
 
     before_output = on_domain = writer = None
+    scratch = {}
     say = CheckedModule.say
     reach = 1.0
 
@@ -207,17 +219,17 @@ class StagedSolver(Solver):
     def _dump(self):
         if self.disable_output:
             return
-        path, memory = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5", io.BytesIO()
+        path = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5"
         writer = self.writer = self.writer or ParticleFiles()
         writer.detailed_output, writer.only_real = self.detailed_output, self.output_only_real
         writer.mpi_comm = self.comm if self.in_parallel else None  # with several ranks, the first gathers and writes
         writer.compress = self.compress_output
-        writer.dump(memory, self.particles, self._get_solver_data())
+        writer.dump(None, self.particles, self._get_solver_data())
         if ranks.rank() > 0:
             return
         try:
-            with whole(path) as part:
-                part.write_bytes(memory.getbuffer())
+            with whole(path) as part, open(part, "wb") as file:
+                file.writelines(writer.pieces)
         except OSError as error:
             raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is unchanged") from error
 
@@ -233,7 +245,7 @@ class StagedSolver(Solver):
                 and self.ordered(pa) == NEVER[0]]
         if not due or self.in_parallel:
             return
-        order(self.nnps, due)
+        order(self.nnps, due, None if self.detailed_output else self.scratch)  # a last file may follow
         for pa in due:
             if "ordered" not in pa.constants:
                 pa.add_constant("ordered", NEVER)

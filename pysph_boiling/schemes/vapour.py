@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pysph_boiling.device import Subset, values
-from pysph_boiling.native import groups
+from pysph_boiling.native import groups, members
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
 from pysph_boiling.phases import Phase
@@ -27,18 +27,30 @@ class Vapour:
 
     def __init__(self, arrays):
         self.arrays = list(arrays)
-        self.parts = [Subset(pa, values(pa, "phase") == Phase.VAPOUR.value) for pa in self.arrays]
+        self.parts = [self.part(pa) for pa in self.arrays]
         here, self.first, index, n = groups(self.get("bubble"))
         self.label, self.here = ranks.union(here)  # ``here``: indices of this rank's bubbles among all
+        if ranks.size() == 1:
+            self.index, self.n = index, n
+            return
         self.index = self.here[index]
         self.n = ranks.total(np.bincount(self.here, weights=n, minlength=len(self.label)).astype(int))
+
+    @staticmethod
+    def part(pa):
+        """The vapour of one array."""
+        vapour = Phase.VAPOUR.value
+        if pa.gpu is None:
+            return Subset(pa, who=members(pa.get("phase"), vapour, vapour))
+        return Subset(pa, values(pa, "phase") == vapour)
 
     def __len__(self):
         return len(self.index)
 
     def get(self, name):
         """A property of the vapour particles, (n,)."""
-        return np.concatenate([part.get(name) for part in self.parts])
+        parts = [part.get(name) for part in self.parts]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def put(self, name, new, elsewhere=None):
         """Set a property of the vapour particles; if given, ``elsewhere`` is the value for all other particles."""

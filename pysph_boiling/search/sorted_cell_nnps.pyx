@@ -5,7 +5,7 @@ from cython.parallel cimport prange
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport calloc, free, realloc
 from libc.string cimport memset
-from cyarray.carray cimport DoubleArray, LongArray, UIntArray
+from cyarray.carray cimport BaseArray, DoubleArray, LongArray, UIntArray
 from pysph.base.nnps_base cimport NNPS, NNPSParticleArrayWrapper, NeighborCache
 
 cdef extern from "sorted_cells.h" nogil:
@@ -333,13 +333,24 @@ cdef class SortedCellNNPS(NNPS):
         """Indices of the particles in the order of the cells, with ghosts behind all others, as PySPH needs them."""
         cdef NNPSParticleArrayWrapper w = self.pa_wrappers[pa_index]
         cdef Sorted *s = &self.sorted[pa_index]
-        cdef long k, real = w.pa.get_number_of_particles(True)
+        cdef long k, filled = 0, real = w.pa.get_number_of_particles(True)
         if s.n != w.x.length:       # particles were added or removed
             self.update()
-        indices.reset()
+        indices.resize(s.n)
         for k in range(s.n):
             if s.id[k] < real:
-                indices.append(s.id[k])
-        for k in range(s.n):
+                indices.data[filled] = s.id[k]
+                filled += 1
+        for k in range(s.n if filled < s.n else 0):
             if s.id[k] >= real:
-                indices.append(s.id[k])
+                indices.data[filled] = s.id[k]
+                filled += 1
+
+    def order_particles(self, int pa_index, without=()):
+        """``spatially_order_particles`` of PySPH, except for the properties ``without``, which keep their old order."""
+        cdef LongArray indices = LongArray()
+        self.get_spatially_ordered_indices(pa_index, indices)
+        pa = self.particles[pa_index]
+        for name, values in pa.properties.items():
+            if name not in without:
+                (<BaseArray>values).c_align_array(indices, pa.stride.get(name, 1))

@@ -6,6 +6,7 @@ import pytest
 from harness import Stepper, host_only, native_only, random_cloud
 from sets import scheme
 
+from pysph_boiling import native
 from pysph_boiling.particles import NO_BUBBLE, add_properties, fluid_array, site_array, wall_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.ledger import Ledger
@@ -98,6 +99,31 @@ def test_no_particles_have_sums_and_extremes_of_nothing(compiled):
         assert reductions.largest_square(pa, ("u", "v", "w")) == reductions.largest_size(pa, "e") == 0.0
         assert reductions.sum(pa, "m") == reductions.sum(pa, "limited") == 0.0
         assert reductions.states(pa) == ([0.0] * 5, [0.0] * 5, 0.0)
+
+
+@pytest.mark.parametrize("n", (0, *SIZES))
+def test_sums_of_several_are_those_of_each(n, compiled):
+    pa, names = cloud(n), ("limited", "m", "q_heater", "phase")
+    for reductions in (compiled, GENERAL):
+        assert reductions.sums(pa, names) == [reductions.sum(pa, name) for name in names]
+    with pytest.raises(TypeError):
+        compiled.sums(pa, ["uid"])  # neither floats nor counters
+
+
+@pytest.mark.parametrize("n", (0, *SIZES))
+def test_what_lies_between_in_c_is_what_numpy_finds(n, compiled, monkeypatch):
+    numbers = np.random.default_rng(n).integers(-3, 9, n).astype(np.intc)
+    for low, high in ((3, 3), (-3, 0), (7, 2**31 - 1), (9, 20), (-9, -4)):
+        where = np.flatnonzero((numbers >= low) & (numbers <= high))
+        for module in (compiled.module, None):
+            monkeypatch.setattr(native, "loaded", lambda module=module: module)
+            assert native.has(numbers, low, high) == (len(where) > 0)
+            np.testing.assert_array_equal(native.members(numbers, low, high), where)
+        for k in {0, n // 2, n - 1} if n else ():  # alone, wherever it is
+            alone = np.full(n, low - 1, np.intc)
+            alone[k] = high
+            assert compiled.module.has_within(alone, low, high)
+            assert compiled.module.indices_within(alone, low, high).tolist() == [k]
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 3000])

@@ -1,6 +1,7 @@
 """Nothing depends on the place of a particle in memory: neither of fluid, nor of walls, nor of sites."""
 import numpy as np
 import pytest
+from same import assert_same_results
 
 from pysph_boiling.evaluation.problems import drift
 from pysph_boiling.examples.heated_slab import HeatedSlab
@@ -26,14 +27,49 @@ def shuffle(solver):
 
 
 def run(folder, monkeypatch, how, *options):
-    """A run whose particles stay where they were made, are sorted, or shuffled."""
+    """A run whose particles stay where they were made, are sorted, or shuffled, or only their scratch is mixed."""
     with monkeypatch.context() as patch:
         if how != "sorted":
-            patch.setattr(StagedSolver, "reorder_particles", shuffle if how == "shuffled" else lambda solver: None)
+            ways = {"shuffled": shuffle, "mixed": mix_scratch, "as made": lambda solver: None}
+            patch.setattr(StagedSolver, "reorder_particles", ways[how])
         application = SteadyBoiling()
         application.check_final = lambda: None
         application.run([*POOL, "--reorder-freq", "1", "-d", str(folder), *options])
     return application, read_output(output_files(folder)[-1])[0]
+
+
+def mix_scratch(solver):
+    """What a step writes before it reads it, in a random order, at the start and every seventh step."""
+    rng = np.random.default_rng(solver.count)
+    for pa in solver.particles if solver.count % 7 == 0 else ():
+        order = rng.permutation(pa.get_number_of_particles())
+        for name in solver.scratch.get(pa.name, ()):
+            values = pa.get(name, only_real_particles=False)
+            values[:] = values[order]
+
+
+def test_what_is_not_sorted_is_written_before_it_is_read(tmp_path, monkeypatch):
+    plain, expected = run(tmp_path / "plain", monkeypatch, "as made")
+    other, found = run(tmp_path / "mixed", monkeypatch, "mixed")
+    scratch = other.solver.scratch["fluid"]
+    assert {"lmbda", "kinetic", "film", "k"} <= scratch < set(found["fluid"].properties)
+    assert_same_results(plain.ledger.table(), other.ledger.table())
+    for name in set(found["fluid"].properties) - scratch:
+        np.testing.assert_array_equal(found["fluid"].get(name), expected["fluid"].get(name), err_msg=name)
+    assert plain.ledger.table()["n_nucleated"][-1] > 0
+
+
+@pytest.mark.parametrize("detailed", [True, False])
+def test_a_last_file_with_everything_is_sorted_throughout(detailed, tmp_path, monkeypatch):
+    """What is scratch goes along with the rest only where it is written."""
+    application = SteadyBoiling()
+    application.check_final = lambda: None
+    made = [] if detailed else ["--detailed-output"]
+    application.run([*(part for part in POOL if part not in made), "--reorder-freq", "1", "--max-steps", "40", "-d",
+                     str(tmp_path)])
+    fluid = application.scheme.arrays[0]
+    moved = np.hypot(fluid.sx, fluid.sy) - np.hypot(fluid.u, fluid.v) * application.solver.dt
+    assert (np.max(np.abs(moved)) < 1e-12) == detailed
 
 
 MODES = {"dynamic": [], "li_xiao": ["--mode", "li_xiao", "--storage.n-emit", "1", "--duration", "0.2"]}

@@ -1,4 +1,6 @@
 """The ledger's arithmetic, its refusal of what it cannot account for, and the files it writes. Nothing is compiled."""
+import zipfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -6,7 +8,7 @@ import pytest
 from sets import scheme
 
 from pysph_boiling.particles import fluid_block, wall_array
-from pysph_boiling.runs.ledger import Ledger, load_results, save_results
+from pysph_boiling.runs.ledger import Ledger, Rows, load_results, save_results
 
 SPACING = 0.01
 
@@ -102,7 +104,32 @@ def test_last_row_is_the_last_step_and_goes_when_the_run_goes_on(slab):
 def test_results_are_written_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "results.npz"
     save_results(path, {"t": np.arange(3.0)})
-    monkeypatch.setattr(np, "savez", lambda *args, **kwargs: (_ for _ in ()).throw(OSError("disk full")))
+    monkeypatch.setattr(Path, "write_bytes", lambda *args: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
         save_results(path, {"t": np.arange(9.0)})
     np.testing.assert_array_equal(load_results(tmp_path)["t"], np.arange(3.0))
+
+
+def test_results_are_what_numpy_writes(tmp_path):
+    """Numbers of several types, no rows, and more of them than a name is long."""
+    for rows in (0, 1, 1000):
+        table = {"t": np.arange(rows) * 0.1, "n": np.arange(rows), "seen": np.arange(rows) % 2 == 0,
+                 "every_other": np.arange(2.0 * rows)[::2]}
+        save_results(tmp_path / "results.npz", table)
+        np.savez(tmp_path / "numpy.npz", **table)
+        with zipfile.ZipFile(tmp_path / "results.npz") as ours, zipfile.ZipFile(tmp_path / "numpy.npz") as theirs:
+            assert ours.testzip() is None and ours.namelist() == theirs.namelist()
+            assert [ours.read(name) for name in ours.namelist()] == [theirs.read(name) for name in theirs.namelist()]
+
+
+def test_rows_are_kept_however_many():
+    rows, n = Rows(), 3 * Rows.FIRST + 5
+    for number in range(n):
+        rows.append({"t": float(number), "b": -2.0 * number})
+        rows.append({"b": 7.0, "t": -1.0})
+        rows.pop()
+    assert len(rows) == n and rows[-1] == {"t": n - 1.0, "b": 2.0 - 2.0 * n} and rows[1] == {"t": 1.0, "b": -2.0}
+    for name, factor in (("t", 1.0), ("b", -2.0)):
+        np.testing.assert_array_equal(rows.table()[name], factor * np.arange(n))
+    with pytest.raises(IndexError):
+        rows[n]

@@ -9,7 +9,7 @@ from pysph.base.utils import get_particle_array
 from pysph.solver import output
 from pysph.solver.utils import load
 
-from pysph_boiling.schemes.particle_files import ParticleFiles
+from pysph_boiling.schemes.particle_files import MARK, ParticleFiles
 
 N = 200
 
@@ -31,7 +31,7 @@ def particles(n=N):
 def written(writer, arrays, **solver_data):
     memory = io.BytesIO()
     writer.dump(memory, arrays, dict(t=0.5, dt=0.1, count=10) | solver_data)
-    return memory.getvalue()
+    return b"".join(writer.pieces) if isinstance(writer, ParticleFiles) else memory.getvalue()
 
 
 def content(file):
@@ -88,6 +88,16 @@ def test_pysph_loads_what_was_written(tmp_path):
             np.testing.assert_array_equal(found.get(name), pa.get(name), err_msg=name)
         for name in pa.constants:
             np.testing.assert_array_equal(getattr(found, name), getattr(pa, name), err_msg=name)
+
+
+def test_the_mark_of_an_attribute_may_occur_in_a_property():
+    arrays, writer = particles(), ParticleFiles()
+    arrays[0].x[3] = np.frombuffer(MARK + b"\x01")[0]
+    for step in range(3):
+        solver_data = dict(t=0.25 * step, dt=0.5 * step, count=7 + step)
+        assert content(written(writer, arrays, **solver_data)) == content(
+            written(output.HDFOutput(), arrays, **solver_data))
+        arrays[0].y[:] += 1.0
 
 
 def test_only_the_first_file_of_a_kind_is_made_anew(monkeypatch):

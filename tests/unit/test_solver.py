@@ -56,6 +56,14 @@ def test_compiler_that_knows_no_such_flag_gets_none(monkeypatch):
     assert solver.vector_flags() == ()
 
 
+def test_a_prediction_of_few_particles_wakes_no_thread():
+    """Loops of the integrator, not those of the equations, which begin at D_START_IDX."""
+    loops = "for d_idx in prange({}, NP_DEST, 1, schedule='dynamic', chunksize=64, nogil=True):\n"
+    source = loops.format("0") + loops.format("D_START_IDX")
+    first, second = solver.step_few_alone(source).splitlines()
+    assert f"use_threads_if=NP_DEST > {solver.FEW}" in first and second + "\n" == loops.format("D_START_IDX")
+
+
 def test_lean_source_declares_what_it_uses():
     source = """before
 cdef class ParticleArrayWrapper:

@@ -10,17 +10,18 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from pysph_boiling.device import counted, values
+from pysph_boiling.device import real
 from pysph_boiling.names import check_renamed, nearest
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, host
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.reductions import GENERAL
+from pysph_boiling.schemes.reductions import GENERAL, has
 from pysph_boiling.schemes.stages import Term
 
 __all__ = [
     "EFFECTS", "Column", "Effect", "Flow", "Rule", "SchemeContext", "Snapshot", "any_vapour", "check_parameters",
-    "check_temperatures", "computed_once", "constant", "cumulative", "joined", "param", "sum_over", "totals",
+    "check_temperatures", "computed_once", "constant", "cumulative", "joined", "largest_over", "param",
+    "sum_over", "totals",
 ]
 
 EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
@@ -88,6 +89,9 @@ class Snapshot(list):
         self.reductions, self.summed, self.known = reductions, summed, {}
 
 
+NOT_YET = object()
+
+
 def computed_once(function):
     """Decorator for a function of fluid arrays whose result is computed once for each :class:`Snapshot`.
 
@@ -98,9 +102,10 @@ def computed_once(function):
         if not isinstance(arrays, Snapshot):
             return function(arrays, *args)
         key = function, *args
-        if key not in arrays.known:
-            arrays.known[key] = function(arrays, *args)
-        return arrays.known[key]
+        found = arrays.known.get(key, NOT_YET)
+        if found is NOT_YET:
+            found = arrays.known[key] = function(arrays, *args)
+        return found
 
     return call
 
@@ -326,7 +331,8 @@ def _place(cls):
 
 def constant(arrays, name):
     """Sum of a constant over all arrays and all of its entries; constants are equal on all ranks."""
-    return sum(float(np.sum(pa.constants[name].get_npy_array())) for pa in arrays)
+    found = (pa.constants[name] for pa in arrays)
+    return sum(entries[0] if len(entries) == 1 else float(np.sum(entries.get_npy_array())) for entries in found)
 
 
 class Totals(NamedTuple):
@@ -352,7 +358,7 @@ def totals(arrays):
     for pa in arrays:
         count = len(host(pa, "m"))  # a device counts periodic ghosts among the real ones
         number, energy, hidden = arrays.reductions.states(pa) if "e" in pa.properties else ([0.0] * 5, [0.0] * 5, 0.0)
-        parts.append([count, *(arrays.reductions.sum(pa, name) for name in arrays.summed), *number, *energy, hidden])
+        parts.append([count, *arrays.reductions.sums(pa, arrays.summed), *number, *energy, hidden])
     count, *found = ranks.total(np.array([sum(part) for part in zip(*parts)])).tolist()
     sums, found = found[:len(arrays.summed)], found[len(arrays.summed):]
     return Totals(count, dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
@@ -365,8 +371,8 @@ def sum_over(arrays, name):
         value = totals(arrays).sums[name]
     else:
         value = ranks.total(sum(GENERAL.sum(pa, name) for pa in arrays))
-    return value + sum(float(pa.constants[f"carried_{name}"].get_npy_array()[0]) for pa in arrays
-                       if f"carried_{name}" in pa.constants)
+    carried = f"carried_{name}"
+    return value + sum(pa.constants[carried][0] for pa in arrays if carried in pa.constants)
 
 
 @computed_once
@@ -376,9 +382,15 @@ def joined(arrays, name):
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
+def largest_over(arrays, name):
+    """Largest value of a property of this rank's particles of all arrays; 0 if it is not above 0 anywhere."""
+    reductions = arrays.reductions if isinstance(arrays, Snapshot) else GENERAL
+    return max([0.0, *(reductions.ends(pa, name)[1] for pa in arrays if real(pa))])
+
+
 def any_vapour(arrays):
     """Whether there is any vapour on any rank."""
-    return ranks.anywhere(any(counted(values(pa, "phase") == Phase.VAPOUR.value) > 0 for pa in arrays))
+    return ranks.anywhere(any(has(pa, "phase", Phase.VAPOUR.value, Phase.VAPOUR.value) for pa in arrays))
 
 
 def cumulative(name, unit, meaning, prop):

@@ -55,7 +55,7 @@ class BubbleLabels(Effect):
 
         def radius(arrays, scene):
             vapour = vapour_of(arrays)
-            return float(np.mean(equivalent_radius(vapour, scene))) if len(vapour.label) else 0.0
+            return float(equivalent_radius(vapour, scene).sum()) / len(vapour.label) if len(vapour.label) else 0.0
 
         return (
             Column("n_bubbles", "-", "bubbles", number),

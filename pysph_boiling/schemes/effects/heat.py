@@ -9,7 +9,16 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import heat
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, check_heaters, vector
-from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, joined, param, sum_over, totals
+from pysph_boiling.schemes.effects.base import (
+    Column,
+    Effect,
+    Flow,
+    Rule,
+    largest_over,
+    param,
+    sum_over,
+    totals,
+)
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitch", "heat_step_limit"]
@@ -78,7 +87,7 @@ class HeatConduction(Effect):
             return sum_over(arrays, "T") / max(totals(arrays).count, 1.0)
 
         def highest(arrays, scene):
-            return ranks.largest(float(np.max(joined(arrays, "T"), initial=0.0)))
+            return ranks.largest(largest_over(arrays, "T"))
 
         return (Column("T_mean", "K", "mean temperature; 0 in a dry vessel", mean),
                 Column("T_max", "K", "highest temperature", highest))

@@ -30,8 +30,8 @@ class UnconvergedSteps(Tool):
 
     def post_step(self, solver):
         for pa in self.scheme.arrays:
-            if float(pa.density_error[0]) > self.effect.error_limit:
-                pa.unconverged[0] += 1.0
+            if pa.constants["density_error"][0] > self.effect.error_limit:
+                pa.constants["unconverged"][0] += 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,7 +149,7 @@ class DensityConstraint(Effect):
 
     def columns(self, scene):
         def largest(constant, index):
-            return lambda arrays, scene: max(float(pa.constants[constant][index]) for pa in arrays)
+            return lambda arrays, scene: max(pa.constants[constant][index] for pa in arrays)
 
         return (
             Column("sweeps", "-", "density sweeps of the last step", largest("sweeps", 1)),

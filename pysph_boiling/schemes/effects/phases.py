@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pysph_boiling.device import counted, largest, values
+from pysph_boiling.device import largest, values
 from pysph_boiling.equations import phase_change
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
@@ -17,7 +17,7 @@ from pysph_boiling.schemes.effects.base import (
     param,
     totals,
 )
-from pysph_boiling.schemes.reductions import HELD
+from pysph_boiling.schemes.reductions import HELD, has
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PhaseChange"]
@@ -72,7 +72,7 @@ class PhaseChange(Effect):
     def conditions(self, scene):
         def hot(arrays):
             return ranks.anywhere(any(
-                counted(values(pa, "phase") != Phase.LIQUID.value) > 0 or
+                has(pa, "phase", Phase.LIQUID.value + 1, len(Phase) - 1) or
                 largest(values(pa, "e"), default=-np.inf) >= 0.0 for pa in arrays))
 
         return {"phases": hot}

@@ -5,15 +5,19 @@ from typing import ClassVar
 import numpy as np
 from pysph.solver.tools import Tool
 
-from pysph_boiling.device import Subset, largest, values
+from pysph_boiling.device import Subset, values
 from pysph_boiling.equations import venting
+from pysph_boiling.native import groups
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE, Property
 from pysph_boiling.phases import Phase, enthalpy, temperature
 from pysph_boiling.schemes.effects.base import Column, Effect, Flow, Rule, constant, param
+from pysph_boiling.schemes.reductions import has
 from pysph_boiling.schemes.stages import Term
 
 __all__ = ["Venting", "VentingTool"]
+
+MOST = np.iinfo(np.intc).max
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,12 +100,12 @@ class VentingTool(Tool):
 
     def post_step(self, solver):
         arrays = self.scheme.arrays
-        if not ranks.anywhere(any(largest(values(pa, "free")) >= self.effect.free_steps for pa in arrays)):
+        if not ranks.anywhere(any(has(pa, "free", self.effect.free_steps, MOST) for pa in arrays)):
             return
         bubbles = [Subset(pa, (values(pa, "bubble") != NO_BUBBLE) & (values(pa, "phase") == Phase.VAPOUR.value))
                    for pa in arrays]
         labels = [part.get("bubble") for part in bubbles]
-        here, index = np.unique(np.concatenate(labels), return_inverse=True)
+        here, _, index, _ = groups(np.concatenate(labels))
         names, place = ranks.union(here)
         index = place[index]
         size = ranks.total(np.bincount(index, minlength=len(names)))
