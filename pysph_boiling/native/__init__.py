@@ -11,7 +11,7 @@ import numpy as np
 
 from pysph_boiling.search.sorted_cells import EmbeddedModule, exact_flags
 
-__all__ = ["FluidModule", "fluid_sums", "groups", "has", "has_avx2", "members", "serves"]
+__all__ = ["FluidModule", "counts", "fluid_sums", "groups", "has", "has_avx2", "members", "serves"]
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-mavx2", "-mfma")
@@ -67,6 +67,19 @@ def groups(label):
     if module is None or label.dtype != np.uintc:
         return np.unique(label, return_index=True, return_inverse=True, return_counts=True)
     return module.groups_of(label)
+
+
+def counts(index, number, height, base, reach, uid, known):
+    """Of the members (n,) of each of ``number`` groups, given by their ``index``: (low, met), (number,) each.
+
+    ``low`` lie no more than ``reach`` above ``base`` [m], ``met`` have a uid among the sorted ``known``. In C as in
+    :func:`groups`.
+    """
+    module = loaded()
+    if module is None:
+        return tuple(np.bincount(index, weights=which, minlength=number)
+                     for which in (height - base <= reach, np.isin(uid, known)))
+    return module.counts_of(index, number, height, base, reach, uid, known)
 
 
 def has(numbers, low, high):

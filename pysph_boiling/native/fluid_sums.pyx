@@ -2,7 +2,7 @@
 
 The loops are in C, in the headers beside this file.
 """
-from libc.stdint cimport uintptr_t
+from libc.stdint cimport uint64_t, uintptr_t
 from libc.stdlib cimport free, realloc
 
 import numpy as np
@@ -356,7 +356,9 @@ cdef class DensitySweeps(FluidSums):
 
 cdef extern from * nogil:
     enum: N_STATES
-    long label_groups(long, const unsigned int *, long *, unsigned int *, long *, long *, long *)
+    long label_groups(long, const unsigned int *, uint64_t *, unsigned int *, long *, long *, long *)
+    void count_members(long, const long *, const double *, double, double, const unsigned int *, long,
+                       const unsigned int *, double *, double *)
     int any_within(long, const int *, int, int)
     long all_within(long, const int *, int, int, long *)
     double property_sum(long, const double *)
@@ -435,9 +437,23 @@ def groups_of(const unsigned int[::1] label):
     """As ``np.unique`` of labels (n,): the labels, where each comes first, the group of each of n, and their sizes."""
     cdef long n = label.shape[0], groups = 0
     group = np.empty(n, np.uintc)
-    order, first, index, number = np.empty((4, n), np.int_)
+    key, first, index, number = np.empty((4, n), np.int_)
     cdef unsigned int[::1] g = group
-    cdef long[::1] o = order, f = first, k = index, m = number
+    cdef long[::1] o = key, f = first, k = index, m = number
     if n:
-        groups = label_groups(n, &label[0], &o[0], &g[0], &f[0], &m[0], &k[0])
+        groups = label_groups(n, &label[0], <uint64_t *>&o[0], &g[0], &f[0], &m[0], &k[0])
     return group[:groups], first[:groups], index, number[:groups]
+
+
+def counts_of(const long[::1] index, long groups, const double[::1] height, double base, double reach,
+              const unsigned int[::1] uid, const unsigned int[::1] known):
+    """Of the members (n,) of each group: how many lie no more than ``reach`` above ``base``, and how many have a uid in
+    the sorted ``known``, both (groups,)."""
+    cdef long n = index.shape[0], m = known.shape[0]
+    counts = np.zeros((2, groups + 1))
+    cdef double[:, ::1] c = counts
+    if not n == height.shape[0] == uid.shape[0]:
+        raise ValueError(f"groups of {n}, heights of {height.shape[0]} and uids of {uid.shape[0]} particles")
+    if n:
+        count_members(n, &index[0], &height[0], base, reach, &uid[0], m, &known[0] if m else NULL, &c[0, 0], &c[1, 0])
+    return counts[0, :groups], counts[1, :groups]

@@ -6,6 +6,7 @@
  */
 #ifndef PARTICLE_SUMS_H
 #define PARTICLE_SUMS_H
+#include <stdint.h>
 #include <algorithm>
 #include "pair_sums.h"
 
@@ -15,23 +16,36 @@
 #define HELD 4
 
 /* Groups of n > 0 equal labels, in the order of the labels: their labels, where each comes first, and their sizes; the
- * group of each label. `order` (n) is memory. Returns the number of groups.
+ * group of each label. `key` (n) is memory; n < 2^32. Returns the number of groups.
  */
-static long label_groups(long n, const unsigned int *label, long *order, unsigned int *group, long *first,
+static long label_groups(long n, const unsigned int *label, uint64_t *key, unsigned int *group, long *first,
                          long *number, long *index) {
     long groups = 0;
-    for (long i = 0; i < n; i++) order[i] = i;
-    std::sort(order, order + n, [label](long i, long j) { return label[i] != label[j] ? label[i] < label[j] : i < j; });
-    for (long i = 0; i < n; i++) {
-        if (i == 0 || label[order[i]] != group[groups - 1]) {
-            group[groups] = label[order[i]];
-            first[groups] = order[i];
+    for (long i = 0; i < n; i++) key[i] = (uint64_t)label[i] << 32 | (uint64_t)i;       /* as one number: sorts fast */
+    std::sort(key, key + n);
+    for (long k = 0; k < n; k++) {
+        const unsigned int own = (unsigned int)(key[k] >> 32);
+        const long i = (long)(key[k] & 0xffffffff);
+        if (k == 0 || own != group[groups - 1]) {
+            group[groups] = own;
+            first[groups] = i;
             number[groups++] = 0;
         }
         number[groups - 1]++;
-        index[order[i]] = groups - 1;
+        index[i] = groups - 1;
     }
     return groups;
+}
+
+/* Of the members of each group, how many lie no more than `reach` above `base`, and how many have a uid in the sorted
+ * `known`. Both counts (groups) are 0 before.
+ */
+static void count_members(long n, const long *index, const double *height, double base, double reach,
+                          const unsigned int *uid, long m, const unsigned int *known, double *low, double *met) {
+    for (long i = 0; i < n; i++) {
+        if (height[i] - base <= reach) low[index[i]] += 1.0;
+        if (std::binary_search(known, known + m, uid[i])) met[index[i]] += 1.0;
+    }
 }
 
 /* Which of 8 values lie in low..high, as bits. */

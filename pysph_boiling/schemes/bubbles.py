@@ -7,6 +7,7 @@ import math
 import numpy as np
 from pysph.solver.tools import Tool
 
+from pysph_boiling.native import counts
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects.base import computed_once
@@ -53,32 +54,28 @@ class Departures(Tool):
         self.scheme, self.clearance = scheme, clearance
         self.up = np.array(scheme.scene().up)
         self.base = None
-        self.attached = None  # uids in attached bubbles, one step before, sorted
+        self.attached = np.zeros(0, np.uintc)  # uids in attached bubbles, one step before, sorted
         self.events = []
 
     def pre_step(self, solver):
-        if self.attached is None:  # at the start and when a run is resumed
+        if self.base is None:  # at the start and when a run is resumed
             sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
             self.base = ranks.largest(max(
                 float(np.max(positions(pa) @ self.up, initial=-np.inf)) for pa in sites))
-            uid, vapour, aloft = self.look()
-            self.attached = np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
+            self.attached = self.look()[-1]
 
     def post_step(self, solver):
-        uid, vapour, aloft = self.look()
-        before = vapour.sum(self.was_attached(uid))
+        vapour, aloft, before, self.attached = self.look()
         for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
             self.events.append((solver.t + solver.dt, int(n)))
-        self.attached = np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
-
-    def was_attached(self, uid):
-        """Which of the particles ``uid`` (n,) were in attached bubbles one step before, (n,)."""
-        if len(self.attached) == 0:
-            return np.zeros(len(uid), bool)
-        return self.attached.take(np.searchsorted(self.attached, uid), mode="clip") == uid
 
     def look(self):
-        """Uids of the vapour particles, their bubbles, and for each bubble whether it is detached."""
+        """The vapour; whether each bubble is detached, and how many of its particles were in attached bubbles one step
+        before, (bubbles,) each; the uids in attached bubbles now."""
         vapour = Vapour(self.scheme.arrays)
         height = sum(share * vapour.get(name) for name, share in zip("xyz", self.up) if share)
-        return vapour.get("uid"), vapour, vapour.sum(height - self.base <= self.clearance) == 0.0
+        uid = vapour.get("uid")
+        low, before = map(ranks.total, counts(vapour.index, len(vapour.label), height, self.base, self.clearance, uid,
+                                              self.attached))
+        aloft = low == 0.0
+        return vapour, aloft, before, np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])

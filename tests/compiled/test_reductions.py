@@ -127,6 +127,21 @@ def test_what_lies_between_in_c_is_what_numpy_finds(n, compiled, monkeypatch):
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 3000])
+def test_members_counted_in_c_are_those_of_numpy(n, compiled, monkeypatch):
+    """Heights in whole numbers, so that some lie at the limit."""
+    random, groups = np.random.default_rng(n), 1 + n // 10
+    index, height = random.integers(0, groups, n), random.integers(-3, 9, n).astype(float)
+    uid = random.permutation(2 * n).astype(np.uintc)[:n]
+    for known in (np.sort(uid[::3]), np.arange(n, dtype=np.uintc), np.zeros(0, np.uintc)):
+        low = [np.count_nonzero(height[index == group] <= 5.0) for group in range(groups)]
+        met = [np.count_nonzero(np.isin(uid[index == group], known)) for group in range(groups)]
+        for module in (compiled.module, None):
+            monkeypatch.setattr(native, "loaded", lambda module=module: module)
+            found = native.counts(index, groups, height, 2.0, 3.0, uid, known)
+            assert [one.tolist() for one in found] == [low, met]
+
+
+@pytest.mark.parametrize("n", [0, 1, 7, 3000])
 def test_groups_in_c_are_those_of_numpy(n, compiled):
     labels = np.random.default_rng(n).integers(0, 1 + n // 10, n).astype(np.uintc)
     labels[::2] = NO_BUBBLE
