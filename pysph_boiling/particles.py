@@ -57,9 +57,9 @@ def fill(pa, name, value):
 class Property:
     """One row of the table of properties.
 
-    ``kind`` is a PySPH type. ``state`` means that a restart needs the property; any other is written in each step before
-    it is read, so that it does not even follow its particles when they are sorted in memory. ``cumulative`` means that
-    it adds up since the start, so that the value of a removed particle is kept in the constant ``carried_<name>``.
+    ``kind`` is a PySPH type. ``state`` means that a restart needs the property; each step writes any other before it
+    reads it, so that it does not even follow its particles when they are sorted in memory. ``cumulative`` means that it
+    adds up since the start, so that the value of a removed particle is kept in the constant ``carried_<name>``.
     """
 
     name: str
