@@ -86,7 +86,7 @@ $(READY): setup.py pyproject.toml
 	@rm $(ALL_CORES)
 	@touch $@
 
-# The tests draw surfaces too: this fetches VTK, about 1 GB once unpacked.
+# The tests read files for ParaView: this fetches VTK, about 1 GB once unpacked.
 $(TESTABLE): $(READY)
 	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[test]"
 	@touch $@

@@ -11,7 +11,8 @@ NVRTC = "nvidia-cuda-nvrtc-cu12; platform_system == 'Linux' and platform_machine
 # Our solver edits the code that PySPH generates and compiles it by compyle's means: these versions are known to work.
 # NumPy 2.4 breaks PySPH's device helper.
 PYSPH = ["pysph==1.0b2", "compyle==0.9.1", "cyarray==1.2", "cython~=3.3.1", "numpy<2.4"]
-VIEW = ["pyvista", "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
+EMBREE = "embreex; platform_machine == 'x86_64' or platform_machine == 'AMD64'"  # there are wheels for these
+VIEW = [EMBREE, "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 
 setup(
     name="pysph_boiling",
@@ -28,7 +29,7 @@ setup(
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", *VIEW, *OPENCL, NVRTC],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", "pyvista", *VIEW, *OPENCL, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "view": VIEW,

@@ -43,7 +43,9 @@ def render(arguments):
     """Draw the pictures of a finished run again, make a movie of them, or write VTK files for ParaView."""
     from rich.progress import track
 
+    from pysph_boiling.analysis.movie import KINDS, check_movie, write_movie
     from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
+    from pysph_boiling.analysis.surface import CAMERAS
     from pysph_boiling.files import Manifest
 
     parser = argparse.ArgumentParser(prog="pysph-boiling render")
@@ -51,34 +53,51 @@ def render(arguments):
     parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density; "
                         "in the surface view: bubble")
     parser.add_argument("--view", default=None, choices=("slice", "3d", "surface"),
-                        help="slice (default), 3d, or surface: the water rendered with its surface, which is for 3-D "
+                        help="slice (default), 3d, or surface: clear water in which light is traced, which is for 3-D "
                              "only and needs pip install 'pysph_boiling[view]'")
+    parser.add_argument("--camera", default=None, help=f"surface view: {', '.join(CAMERAS)}, or "
+                        "AZIMUTH,ELEVATION[,ZOOM] in degrees; default corner")
+    parser.add_argument("--size", default=None, metavar="WIDTHxHEIGHT",
+                        help="surface view: size of the pictures in pixels; default 1280x960")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="draw every N-th output only")
     made = parser.add_mutually_exclusive_group()
-    made.add_argument("--movie", default=None, choices=("gif", "mp4"), help="also make a movie of the pictures")
+    made.add_argument("--movie", default=None, choices=KINDS, help="also make a movie of the pictures")
     made.add_argument("--paraview", action="store_true", help="write VTK files for ParaView instead of pictures")
     parser.add_argument("--fps", type=float, default=15.0, help="frames per second of the movie; default 15")
+    parser.add_argument("--limit", type=float, default=None, metavar="MB",
+                        help="largest size of the movie, for which its quality is lowered; no limit if not given")
     options = parser.parse_args(arguments)
     if options.every < 1:
         raise ValueError(f"--every must be 1 or more, got {options.every}")
+    if options.view != "surface" and (options.camera or options.size):
+        raise ValueError("--camera and --size are for the surface view: add --view surface")
+    surface = {name: value for name, value in (("camera", options.camera), ("size", picture_size(options.size)))
+               if value is not None}
     if options.movie:
-        from pysph_boiling.analysis.movie import check_movie
-
-        check_movie(options.movie, options.fps)
+        check_movie(options.movie, options.fps, options.limit)
     folder = options.directory
     if options.paraview:
         made = write_paraview(folder, every=options.every, track=partial(track, description="writing"))
         print(f"ParaView files: open {', '.join(map(str, made))}")
         return
-    frames = render_run(folder, colour=options.colour, view=options.view, every=options.every,
+    frames = render_run(folder, colour=options.colour, view=options.view, every=options.every, **surface,
                         track=partial(track, description="drawing"))
     Manifest(folder).claim("frames.png", *([f"movie.{options.movie}"] if options.movie else []))
     contact_sheet(frames, os.path.join(folder, "frames.png"))
     print(f"wrote {len(frames)} pictures to {os.path.join(folder, 'frames')}, and an overview to frames.png")
     if options.movie:
-        from pysph_boiling.analysis.movie import write_movie
+        path = os.path.join(folder, f"movie.{options.movie}")
+        print(f"movie: {write_movie(frames, path, fps=options.fps, limit=options.limit)}")
 
-        print(f"movie: {write_movie(frames, os.path.join(folder, f'movie.{options.movie}'), fps=options.fps)}")
+
+def picture_size(text):
+    """(width, height) in pixels from "WIDTHxHEIGHT", or ``None`` from ``None``; raises ``ValueError``."""
+    if text is None:
+        return None
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal() and min(int(width), int(height)) >= 16):
+        raise ValueError(f"--size must be WIDTHxHEIGHT in pixels, at least 16x16, got {text!r}")
+    return int(width), int(height)
 
 
 def run(arguments):

@@ -113,7 +113,8 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
     return Path(path)
 
 
-def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y", size=(1280, 960), track=iter):
+def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y", size=(1280, 960),
+               camera="corner", track=iter):
     """Draw a run's output files as ``frame_00000.png``, ``frame_00001.png``, ...; returns their paths.
 
     ``output_dir`` holds the HDF5 files of a PySPH run. ``dim``, ``spacing`` [m] and ``scene`` are read from its
@@ -121,7 +122,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     (default ``<output_dir>/frames``), and frames from an earlier call are deleted. All frames have the same view and
     colour scale, taken from the first, middle and last file.
 
-    ``view`` is a view of :func:`draw_scene`, or "surface" for pictures of ``size`` pixels by
+    ``view`` is a view of :func:`draw_scene`, or "surface" for pictures of ``size`` pixels from a ``camera`` by
     :func:`~pysph_boiling.analysis.surface.draw_surface`. ``track`` wraps the list of files, to show progress.
 
     Errors: ``FileNotFoundError`` if the folder holds no output; ``FileExistsError`` if a file of the user would be
@@ -139,8 +140,8 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     if view == "surface":
         from pysph_boiling.analysis.surface import check_surface, draw_surface
 
-        check_surface(dim, colour)
-        draw, options = draw_surface, {**options, "colour": colour, "size": size}
+        check_surface(dim, colour, camera)
+        draw, options = draw_surface, {**options, "colour": colour, "size": size, "camera": camera}
     else:
         view = view or "slice"
         colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")

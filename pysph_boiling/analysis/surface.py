@@ -1,16 +1,15 @@
-"""A rendered view of a 3-D state: the water with its surface reconstructed, bubbles inside, and the vessel.
+"""A rendered view of a 3-D state: clear water with its surface reconstructed, bubbles and drops, in a vessel of glass.
 
-pysplashsurf reconstructs the surfaces as smoothed level sets of the particles' density. The light at the vertices is
-computed here: reflection after Schlick, and absorption along the straight path through the water to the eye. pyvista
-paints the result off-screen, so no display is needed.
+pysplashsurf reconstructs the surfaces as smoothed level sets of the particles' density. Embree follows the rays of
+light through them (:mod:`pysph_boiling.analysis.tracing`). Neither a display nor OpenGL is needed.
 """
 import ctypes
 import sys
-from ctypes.util import find_library
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from pysph_boiling.analysis.drawing import (
     INK,
@@ -27,32 +26,69 @@ from pysph_boiling.analysis.drawing import (
     view_bounds,
     wall_colours,
 )
+from pysph_boiling.analysis.drops import LINK, pieces
+from pysph_boiling.analysis.tracing import SOLID, VAPOUR, VESSEL, WATER, Surface, World, trace
 
-__all__ = ["check_surface", "draw_surface"]
+__all__ = ["CAMERAS", "camera_angles", "check_surface", "draw_surface"]
 
-SKY, HORIZON, GROUND = "#5E9BD3", "#FFFFFF", "#8FA9BD"  # surroundings that the water mirrors, by height
-SHALLOW, DEEP = "#A4DDEE", "#0A4C8C"  # water after a short and a long path
-STEAM = "#F2FAFF"
-SLAB, HOT, SITE, EDGE = "#A3ABB4", "#E2622A", "#4A2B20", "#74838F"
-BACKGROUND = "#FAFCFD", "#CBD7E1"  # top, bottom
+CAMERAS = {"corner": (-62.0, 18.0), "front": (-90.0, 8.0), "above": (-62.0, 48.0), "low": (-75.0, 3.0)}  # [degrees]
+LENS = 24.0  # angle of view [degrees]
+ROOM = 0.88  # share of the picture that the vessel fills
+LOWER = 0.02  # share of the picture's height by which the vessel is below the middle, to make room for the text
+
+ZENITH, HORIZON = "#BFCBD6", "#F4F6F7"  # of the room, by height
+TABLE = "#E3DFD9", "#D3CDC4"  # its tiles
+ABSORPTION = np.array([0.32, 0.08, 0.05])  # [-] along the edge of a cube with the volume of the water
+HAZE, BODY = 0.05, "#BFE6F2"  # the same for what water scatters; the colour of that
+BASE, HOT, SITE, EDGE = "#8E959C", "#CB6E43", "#4A2B20", "#A9B2BB"
 LIGHT = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])  # towards the lamp
-AZIMUTH, ELEVATION, LENS = -62.0, 18.0, 24.0  # direction of the eye and its angle of view [degrees]
-SLAB_HEIGHT = 2.0  # height of the base, in spacings
-FINE = 2  # pixels rendered per pixel of the picture, along each axis
+
+BASE_HEIGHT = 2.0  # of the slab below the vessel, in spacings
 CUBE = 0.9  # edge of the cubes of the level set, in radii of a particle
+DROP = 12  # pieces of the water of at most so many particles are drops
+LAMP = 1.5  # brightness of the lamp
+PAINT = 0.65  # share of light that the coat of a coloured bubble keeps
+CONTRAST = 0.04  # pixels that differ by more from their neighbours get SAMPLES rays instead of one
+SAMPLES = np.array([[-0.375, -0.125], [0.125, -0.375], [0.375, 0.125], [-0.125, 0.375]])  # [pixel] from the middle
 
 
-def check_surface(dim, colour=None):
+def camera_angles(camera):
+    """(azimuth, elevation, zoom) of a camera: one of :data:`CAMERAS`, or "AZIMUTH,ELEVATION[,ZOOM]" in degrees.
+
+    An azimuth of -90 looks along y; at an elevation of 90 the eye is above the vessel. A zoom of 2 shows the middle
+    twice as large. Errors: ``ValueError`` for another name, an elevation outside 0 .. 90 and a zoom <= 0.
+    """
+    if camera in CAMERAS:
+        return (*CAMERAS[camera], 1.0)
+    try:
+        angles = [float(part) for part in str(camera).split(",")]
+    except ValueError:
+        angles = []
+    if len(angles) not in (2, 3) or not np.all(np.isfinite(angles)):
+        raise ValueError(f"camera must be one of {', '.join(CAMERAS)}, or AZIMUTH,ELEVATION[,ZOOM] in degrees, got "
+                         f"{camera!r}")
+    azimuth, elevation, zoom = (*angles, 1.0)[:3]
+    if not 0.0 <= elevation <= 90.0:
+        raise ValueError(f"the camera's elevation must lie in 0 .. 90 degrees, got {elevation:g}")
+    if not zoom > 0.0:
+        raise ValueError(f"the camera's zoom must be > 0, got {zoom:g}")
+    return azimuth, elevation, zoom
+
+
+def check_surface(dim, colour=None, camera="corner"):
     """Raise the errors of :func:`draw_surface` before anything is drawn."""
     if dim != 3:
         raise ValueError(f"the surface view needs three dimensions, but this scene has {dim}")
     if colour not in (None, "bubble"):
         raise ValueError(f"in the surface view colour must be 'bubble' or left out, got {colour!r}")
+    camera_angles(camera)
     needed("pysplashsurf")
-    needed("pyvista")
+    needed("embreex")
+    needed("PIL.Image")
 
 
-def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None, colour=None, size=(1280, 960)):
+def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None, colour=None, size=(1280, 960),
+                 camera="corner"):
     """Render the state of one moment to a PNG file; returns its path.
 
     Parameters
@@ -60,25 +96,24 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
     arrays, dim, spacing, t, title, bounds : as :func:`~pysph_boiling.analysis.rendering.draw_scene`; ``dim`` must be 3
     colour : str      "bubble" gives every bubble the colour of its label; if not given, all bubbles are clear.
     size : (2,)       Width and height of the picture [pixel].
+    camera : str      As :func:`camera_angles`.
 
-    Errors: ``ValueError`` for 2-D, an unknown colour or a scene without fluid; ``ModuleNotFoundError`` if pyvista or
-    pysplashsurf is not installed; ``OSError`` if there is no OpenGL.
+    Errors: ``ValueError`` for 2-D, an unknown colour or camera and a scene without fluid; ``ModuleNotFoundError`` if
+    embreex or pysplashsurf is not installed.
     """
-    check_surface(dim, colour)
+    check_surface(dim, colour, camera)
     if not spacing > 0.0:
         raise ValueError(f"spacing must be > 0 m, got {spacing} m")
     scene = by_role(arrays)
     bounds = view_bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
-    fluid = _fluid(scene, bounds)
-    vessel = inner_bounds(scene.walls, bounds, spacing)
-    box = np.array([vessel[0] - [0.0, 0.0, SLAB_HEIGHT * spacing], vessel[1]])
-    camera = _camera(box, size)
-    parts = []
-    if len(fluid.points):
-        depth = _path_in_water(fluid.points, spacing, camera.eye)
-        parts = [*_water(fluid, spacing, vessel, walled=vessel != bounds, eye=camera.eye, depth=depth),
-                 *_bubbles(fluid, spacing, vessel, colour, eye=camera.eye, depth=depth)]
-    return _paint(scene, parts, path, camera, vessel, spacing, size, _text(title, t))
+    fluid, vessel = _fluid(scene, bounds), _vessel(scene, bounds, spacing)
+    eye = _camera(np.array([vessel.box[0] - [0.0, 0.0, BASE_HEIGHT * spacing], vessel.box[1]]), size, camera)
+    surfaces = [*_water(fluid, spacing, vessel), *_bubbles(fluid, spacing, colour), *_walls(scene, vessel, spacing)]
+    unit = np.cbrt(max(len(fluid.points), 1)) * spacing
+    light = dict(absorption=ABSORPTION / unit, haze=HAZE / unit, body=to_rgb(BODY), gap=1e-4 * spacing)
+    picture = _picture(World(surfaces), eye, size, _room(vessel, spacing), light)
+    _save(picture, path, "   ".join(part for part in (title, "" if t is None else f"t = {t:.3f} s") if part))
+    return Path(path)
 
 
 def _fluid(scene, bounds):
@@ -126,81 +161,66 @@ def _volumes(points, triangles):
     return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
 
 
-def _water(fluid, spacing, vessel, *, walled, eye, depth):
-    """The lit free surface and the lit faces at the walls.
+def _water(fluid, spacing, vessel):
+    """The surfaces of the pool and of its drops.
 
-    Particles are mirrored at the walls, so that the surface meets the walls naturally; the mesh beyond a wall is
-    flattened onto it.
+    Particles are mirrored at the walls, so that the surface meets the walls naturally; the vessel cuts off the rest.
     """
     points = fluid.points
-    for k in range(3):
+    if not len(points):
+        return []
+    piece, sizes = pieces(points, LINK * spacing)
+    pool = sizes[piece] > DROP
+    surfaces = []
+    if pool.any():
+        surfaces.append(_joined(WATER, [_reconstruct(_mirrored(points[pool], spacing, vessel), spacing)]))
+    drops = [_blob(points[piece == k], sizes[k] * spacing**3) for k in np.unique(piece[~pool])]
+    return surfaces + ([_joined(WATER, drops)] if drops else [])
+
+
+def _mirrored(points, spacing, vessel):
+    """The points (n, 3) and the mirror images of those near a wall."""
+    reach = 1.6 * spacing
+    if vessel.radius is not None:
+        away = points[:, :2] - vessel.axis
+        r = np.linalg.norm(away, axis=1)
+        near = r > vessel.radius - reach
+        image = points[near].copy()
+        image[:, :2] = vessel.axis + away[near] * (2.0 * vessel.radius / r[near] - 1.0)[:, None]
+        points = np.concatenate([points, image])
+    for k in range(3) if vessel.radius is None else (2,):
         for end, sign in ((0, 1.0), (1, -1.0)):
-            if walled[end, k]:
-                away = sign * (points[:, k] - vessel[end, k])
-                image = points[away < 1.6 * spacing].copy()
-                image[:, k] = 2.0 * vessel[end, k] - image[:, k]
+            if vessel.walled[end, k]:
+                near = sign * (points[:, k] - vessel.box[end, k]) < reach
+                image = points[near].copy()
+                image[:, k] = 2.0 * vessel.box[end, k] - image[:, k]
                 points = np.concatenate([points, image])
-    mesh = _reconstruct(points, spacing)
-    low, high = np.where(walled[0], vessel[0], -np.inf), np.where(walled[1], vessel[1], np.inf)
-    mesh.points = np.clip(mesh.points, low, high)
-    path = _smooth(depth(mesh.points), mesh.triangles, 8)
-    corners = mesh.points[mesh.triangles]
-    turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    wet = np.all(np.any((mesh.points == low) | (mesh.points == high), axis=1)[mesh.triangles], axis=1)
-    side = np.where(wet, np.abs(turned).argmax(axis=1), 3)  # axis of the wall on which a triangle lies, 3 for none
-    parts = [_lit_water(mesh, mesh.normals, side == 3, eye, path, free=True)]
-    for k, sign in np.ndindex(3, 2):
-        normals = np.zeros_like(mesh.points)
-        normals[:, k] = 2.0 * sign - 1.0
-        parts.append(_lit_water(mesh, normals, (side == k) & ((turned[np.arange(len(side)), k] > 0.0) == sign), eye,
-                                path, free=False))
-    return parts
+    return points
 
 
-def _smooth(values, triangles, times):
-    """Values (n,) at the vertices, averaged ``times`` times over the triangles around each vertex."""
-    weight = np.maximum(np.bincount(triangles.ravel(), minlength=len(values)), 1)
-    for _ in range(times):
-        means = np.repeat(values[triangles].mean(axis=1), 3)
-        values = np.bincount(triangles.ravel(), means, minlength=len(values)) / weight
-    return values
-
-
-def _lit_water(mesh, normals, chosen, eye, path, *, free):
-    """The chosen triangles with colours: front faces mirror the surroundings, back faces show the body of water."""
-    used, triangles = np.unique(mesh.triangles[chosen], return_inverse=True)
-    points, normals, path = mesh.points[used], normals[used], path[used]
-    view, facing = _toward(eye, points, normals)
-    mirror = _schlick(np.abs(facing))
-    sky, glint = _sky(view, normals, facing)
-    shallow, deep = to_rgb(SHALLOW), to_rgb(DEEP)
-    shade = 0.5 + 0.5 * np.clip(normals @ LIGHT, 0.0, 1.0)[:, None]
-    front = _mix(shallow * shade, sky, np.clip(0.35 + mirror, 0.0, 1.0)[:, None])
-    front = _mix(front, np.ones(3), glint[:, None])
-    clear = 0.22 if free else 0.04
-    alpha = clear + (0.95 - clear) * np.clip((1.0 if free else 0.35) * mirror + glint, 0.0, 1.0)
-    body = _mix(shallow, deep, (1.0 - np.exp(-1.3 * path))[:, None])
-    rgba = np.where(facing[:, None] > 0.0, np.column_stack([front, alpha]),
-                    np.column_stack([body, 1.0 - 0.85 * np.exp(-1.5 * path)]))
-    return SimpleNamespace(points=points, triangles=triangles.reshape(-1, 3), rgba=rgba)
-
-
-def _bubbles(fluid, spacing, vessel, colour, *, eye, depth):
-    """The lit surface of each bubble, only the side that faces the eye."""
-    parts = []
-    for label in np.unique(fluid.label[fluid.vapour]):
+def _bubbles(fluid, spacing, colour):
+    """The surface of all bubbles, with a coat of paint if they are to be coloured."""
+    labels = np.unique(fluid.label[fluid.vapour])
+    meshes = []
+    for label in labels:
         own = fluid.vapour & (fluid.label == label)
-        mesh = _bubble(fluid.points[own], fluid.swell[own].sum() * spacing**3)
-        mesh.points = np.clip(mesh.points, vessel[0], [*vessel[1][:2], np.inf])
-        parts.append(_lit_bubble(mesh, bubble_colours(np.array([label])) if colour == "bubble" else None, eye, depth))
-    return parts
+        meshes.append(_blob(fluid.points[own], fluid.swell[own].sum() * spacing**3))
+    if not meshes:
+        return []
+    paint = None
+    if colour == "bubble":
+        coat = np.column_stack([bubble_colours(labels), np.full(len(labels), PAINT)])
+        paint = np.repeat(coat, [len(mesh.triangles) for mesh in meshes], axis=0)
+    return [_joined(VAPOUR, meshes, paint)]
 
 
-def _bubble(points, volume):
-    """Surface around particles (n, 3) that encloses a given volume [m^3].
+def _blob(points, volume):
+    """Surface around particles (n, 3) that encloses a given volume [m^3]; a lone particle is a ball.
 
     Smoothing shrinks the surface, so each of its pieces is scaled up again about its centre.
     """
+    if len(points) == 1:
+        return _ball(points[0], volume)
     mesh = _reconstruct(points, np.cbrt(volume / len(points)))
     count = np.maximum(np.bincount(mesh.piece, minlength=len(mesh.points)), 1)
     centre = np.column_stack([np.bincount(mesh.piece, x, minlength=len(count)) / count for x in mesh.points.T])
@@ -210,92 +230,171 @@ def _bubble(points, volume):
     return mesh
 
 
-def _lit_bubble(mesh, tint, eye, depth):
-    view, facing = _toward(eye, mesh.points, mesh.normals)
-    rim = (1.0 - np.clip(facing, 0.0, 1.0))**2.5
-    sky, glint = _sky(view, mesh.normals, facing)
-    inner = _sky(view, mesh.normals * [1.0, 1.0, -1.0], facing)[1]  # the lamp again, from the far side
-    shade = 0.85 + 0.15 * mesh.normals[:, 2:]
-    bright = np.clip(0.9 * rim + glint + 0.5 * inner, 0.0, 1.0)
-    veil = 1.0 - np.exp(-0.6 * depth(mesh.points))
-    rgb = _mix(to_rgb(STEAM) if tint is None else tint, sky, 0.3) * shade
-    rgb = _mix(_mix(rgb, np.ones(3), bright[:, None]), to_rgb(DEEP), 0.22 * veil[:, None])
-    alpha = np.clip((0.46 if tint is None else 0.75) + bright, 0.0, 0.95)
-    a, b, c = mesh.points[mesh.triangles].transpose(1, 0, 2)
-    near = np.einsum("ij,ij->i", np.cross(b - a, c - a), eye - a) > 0.0
-    return SimpleNamespace(points=mesh.points, triangles=mesh.triangles[near], rgba=np.column_stack([rgb, alpha]))
+def _ball(centre, volume, rings=8):
+    """A ball of a given volume [m^3] about ``centre`` (3,), as triangles between ``rings`` circles of latitude."""
+    sides = 2 * rings
+    polar, turn = np.meshgrid(np.pi * np.arange(1, rings) / rings, 2.0 * np.pi * np.arange(sides) / sides,
+                              indexing="ij")
+    normals = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], -1).reshape(-1, 3)
+    normals = np.concatenate([normals, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+    here = np.arange((rings - 1) * sides).reshape(rings - 1, sides)
+    right = np.roll(here, -1, axis=1)
+    top, bottom = np.full(sides, len(normals) - 2), np.full(sides, len(normals) - 1)
+    triangles = np.concatenate([
+        np.stack([top, here[0], right[0]], -1), np.stack([bottom, right[-1], here[-1]], -1),
+        *(np.stack(corners, -1).reshape(-1, 3) for corners in (
+            (here[:-1], here[1:], right[:-1]), (right[:-1], here[1:], right[1:])))])
+    radius = np.cbrt(volume / _volumes(normals, triangles).sum())
+    return SimpleNamespace(points=centre + radius * normals, normals=normals, triangles=triangles)
 
 
-# Light
-
-def _toward(eye, points, normals):
-    """Unit vectors (n, 3) from points to the eye, and their scalar products with the normals (n,)."""
-    view = eye - points
-    view /= np.linalg.norm(view, axis=1)[:, None]
-    return view, np.einsum("ij,ij->i", view, normals)
+def _joined(kind, meshes, paint=None):
+    """One surface of several meshes, with their own normals."""
+    return Surface(kind, np.concatenate([mesh.points[mesh.triangles] for mesh in meshes]),
+                   np.concatenate([mesh.normals[mesh.triangles] for mesh in meshes]), paint=paint)
 
 
-def _schlick(cosine):
-    """Fraction of light that water reflects (Schlick's formula)."""
-    return 0.02 + 0.98 * (1.0 - np.clip(cosine, 0.0, 1.0))**5
+# The vessel and the room
+
+def _vessel(scene, bounds, spacing):
+    """``box`` (2, 3) [m] around the inside, which of its faces are ``walled`` (2, 3), and its ``outline`` (n, 2).
+
+    ``axis`` (2,) and ``radius`` [m] are those of a round vessel; the radius is ``None`` for another.
+    """
+    box = inner_bounds(scene.walls, bounds, spacing)
+    outline = plan_outline(scene, box)
+    return SimpleNamespace(box=box, walled=box != bounds, outline=outline, there=bool(scene.walls),
+                           axis=box[:, :2].mean(axis=0),
+                           radius=0.5 * np.ptp(box[:, 0]) if len(outline) > 4 else None)
 
 
-def _sky(view, normals, facing):
-    """Colours (n, 3) of the surroundings in a mirror, and the brightness of the lamp in it (n,)."""
-    ray = 2.0 * facing[:, None] * normals - view
-    up, down = np.clip(ray[:, 2:], 0.0, 1.0), np.clip(-4.0 * ray[:, 2:], 0.0, 1.0)
-    colour = _mix(_mix(to_rgb(HORIZON), to_rgb(SKY), up), to_rgb(GROUND), down)
-    return colour, np.clip(ray @ LIGHT, 0.0, 1.0)**60
+def _walls(scene, vessel, spacing):
+    """The inside of the vessel, the base with heater and sites, and its edges; nothing if the scene has no walls."""
+    if not vessel.there:
+        return []
+    low, high = vessel.box[:, 2]
+    foot, gap = low - BASE_HEIGHT * spacing, 0.02 * spacing  # the base is above the bottom of the water
+    inside = _prism(vessel, vessel.outline, low - gap, high)
+    base = _prism(vessel, vessel.axis + (vessel.outline - vessel.axis) * 1.02, foot, low + gap)
+    edge = 0.004 * np.linalg.norm(np.ptp(vessel.box, axis=0))
+    rods = [_rod(np.column_stack([vessel.outline, np.full(len(vessel.outline), high)]), edge, closed=True)]
+    if vessel.radius is None:
+        rods += [_rod(np.array([[*corner, low], [*corner, high]]), edge) for corner in vessel.outline]
+    frame = [np.concatenate(parts) for parts in zip(*rods)]
+    return [Surface(VESSEL, *inside), Surface(SOLID, *base, shade=_base(scene, spacing)),
+            Surface(SOLID, *frame, shade=lambda points, normals: _lit(to_rgb(EDGE), normals))]
+
+
+def _prism(vessel, outline, low, high):
+    """Corners and normals (m, 3, 3) of an upright prism; those of a round one are smooth."""
+    n = len(outline)
+    ahead = np.roll(outline, -1, axis=0)
+    bottom, top = (np.full((n, 1), z) for z in (low, high))
+    a, b = np.hstack([outline, bottom]), np.hstack([ahead, bottom])
+    c, d = np.hstack([ahead, top]), np.hstack([outline, top])
+    sides = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    if vessel.radius is None:
+        along = ahead - outline
+        flat = np.column_stack([along[:, 1], -along[:, 0], np.zeros(n)]) / np.linalg.norm(along, axis=1)[:, None]
+        normals = np.repeat(np.concatenate([flat, flat])[:, None], 3, axis=1)
+    else:
+        normals = (sides - [*vessel.axis, 0.0]) * [1.0, 1.0, 0.0]
+        normals /= np.linalg.norm(normals, axis=2)[:, :, None]
+    middle = outline.mean(axis=0)
+    lids = np.concatenate([np.stack([np.tile([*middle, high], (n, 1)), d, c], 1),
+                           np.stack([np.tile([*middle, low], (n, 1)), b, a], 1)])
+    upright = np.repeat([1.0, -1.0], n)[:, None, None] * np.array([0.0, 0.0, 1.0])
+    return np.concatenate([sides, lids]), np.concatenate([normals, np.broadcast_to(upright, lids.shape)])
+
+
+def _rod(line, radius, closed=False, sides=8):
+    """Corners and normals (m, 3, 3) of a rod along a ``line`` (n, 3) of points, which may be closed."""
+    turn = 2.0 * np.pi * np.arange(sides) / sides
+    parts = []
+    for a, b in zip(line, np.roll(line, -1, axis=0) if closed else line[1:]):
+        along = (b - a) / np.linalg.norm(b - a)
+        across = np.cross(along, [1.0, 0.0, 0.0] if abs(along[2]) > 0.5 else [0.0, 0.0, 1.0])
+        across /= np.linalg.norm(across)
+        ring = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(along, across)
+        here, right = ring, np.roll(ring, -1, axis=0)
+        for first, second, third in (((a, here), (b, right), (a, right)), ((a, here), (b, here), (b, right))):
+            normals = np.stack([first[1], second[1], third[1]], 1)
+            parts.append((np.stack([first[0] + radius * first[1], second[0] + radius * second[1],
+                                    third[0] + radius * third[1]], 1), normals))
+    return tuple(np.concatenate(part) for part in zip(*parts))
+
+
+def _base(scene, spacing):
+    """The colours of the base: its heater glows, and its sites are dark."""
+    hot = positions(scene.walls)[wall_colours(scene.walls)[1]]
+    heater = cKDTree(hot[:, :2]) if len(hot) else None
+    sites = cKDTree(positions(scene.sites)[:, :2]) if scene.sites else None
+
+    def shade(points, normals):
+        colour = np.tile(to_rgb(BASE), (len(points), 1))
+        on_top = normals[:, 2] > 0.5
+        place = points[on_top, :2]
+        if heater is not None:
+            near = heater.query(place, distance_upper_bound=2.0 * spacing)[0] / spacing
+            colour[on_top] = _mix(colour[on_top], to_rgb(HOT), np.clip(1.5 - near, 0.0, 1.0)[:, None])
+        if sites is not None:
+            near = sites.query(place, distance_upper_bound=spacing)[0] < 0.4 * spacing
+            colour[np.flatnonzero(on_top)[near]] = to_rgb(SITE)
+        return _lit(colour, normals)
+
+    return shade
+
+
+def _lit(colour, normals):
+    """Colours (n, 3) of a dull solid, brighter the more it faces the lamp."""
+    return colour * (0.62 + 0.43 * np.clip(normals @ LIGHT, 0.0, 1.0))[:, None]
+
+
+def _room(vessel, spacing):
+    """A function of points and directions (n, 3) that returns the colours (n, 3) of a room: a tiled table, lamps."""
+    box, size = vessel.box, np.linalg.norm(np.ptp(vessel.box, axis=0))
+    foot, middle = box[0, 2] - BASE_HEIGHT * spacing, box.mean(axis=0)
+    half, tile = 0.5 * np.ptp(box[:, :2], axis=0), 0.16 * size
+    light, dark = (to_rgb(colour) for colour in TABLE)
+    zenith, horizon = to_rgb(ZENITH), to_rgb(HORIZON)
+
+    def colours(points, directions):
+        up = directions[:, 2]
+        seen = _mix(horizon, zenith, np.clip(up, 0.0, 1.0)[:, None] ** 0.6)
+        seen = seen + LAMP * np.clip((directions @ LIGHT - 0.93) / 0.02, 0.0, 1.0)[:, None]
+        below = np.flatnonzero(up < -1e-3) if vessel.there else []
+        if len(below):
+            reach = (np.minimum(foot - points[below, 2], 0.0) / up[below])[:, None]
+            place = (points[below] + reach * directions[below])[:, :2] - middle[:2]
+            odd = np.sum(np.floor(place / tile).astype(int), axis=1) % 2
+            table = np.where(odd[:, None], light, dark)
+            beyond = (np.linalg.norm(np.maximum(np.abs(place) - half, 0.0), axis=1) if vessel.radius is None
+                      else np.maximum(np.linalg.norm(place, axis=1) - vessel.radius, 0.0))
+            table = table * (1.0 - 0.45 * np.clip(1.0 - beyond / (0.25 * size), 0.0, 1.0) ** 2)[:, None]
+            far = np.clip(np.linalg.norm(place, axis=1) / (3.0 * size) - 0.3, 0.0, 1.0)[:, None]
+            seen[below] = _mix(table, horizon, far)
+        return seen
+
+    return colours
 
 
 def _mix(a, b, share):
     return a + (b - a) * share
 
 
-def _path_in_water(points, spacing, eye):
-    """A function of positions (n, 3) that returns the length (n,) of the path through water to the eye.
-
-    The unit of length is the edge of a cube with the volume of all the water, so that the picture of a scene does not
-    depend on its size.
-    """
-    low = points.min(axis=0) - 2.0 * spacing
-    cells = np.floor((points - low) / spacing).astype(int)
-    grid = np.zeros(cells.max(axis=0) + 3)
-    np.add.at(grid, tuple(cells.T), 1.0)
-    for axis in range(3):
-        grid = (np.roll(grid, 1, axis) + grid + np.roll(grid, -1, axis)) / 3.0
-    grid = np.minimum(grid, 1.0)
-    shape = np.array(grid.shape)
-    step = 1.2 * spacing
-
-    def path(where):
-        away = eye - where
-        away *= (step / spacing) / np.linalg.norm(away, axis=1)[:, None]
-        cell, total = (where - low) / spacing + 0.5 * away, np.zeros(len(where))
-        for _ in range(int(np.linalg.norm(shape) * spacing / step) + 1):
-            index = np.floor(cell).astype(int)
-            inside = np.all((index >= 0) & (index < shape), axis=1)
-            if not inside.any():
-                break
-            total[inside] += grid[tuple(index[inside].T)]
-            cell += away
-        return total * step / (spacing * len(points)**(1.0 / 3.0))
-
-    return path
-
-
 # Picture
 
-def _camera(box, size):
+def _camera(box, size, camera):
     """Eye [m], target [m] and up direction of a view that contains the box (2, 3)."""
-    a, b = np.radians([AZIMUTH, ELEVATION])
+    azimuth, elevation, zoom = camera_angles(camera)
+    a, b = np.radians([azimuth, elevation])
     toward = np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
     frame = np.stack([right, np.cross(toward, right), toward])
     middle = box.mean(axis=0)
     corners = np.array([[box[i, 0], box[j, 1], box[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
     place = (corners - middle) @ frame.T
-    half = 0.90 * np.tan(np.radians(0.5 * LENS)) * np.array([size[0] / size[1], 1.0])
+    half = ROOM * np.tan(np.radians(0.5 * LENS)) * np.array([size[0] / size[1], 1.0])
     shift, distance = np.zeros(2), 3.0 * np.linalg.norm(box[1] - box[0])
     for _ in range(50):
         seen = (place[:, :2] - shift) / (distance - place[:, 2:])
@@ -303,38 +402,52 @@ def _camera(box, size):
         shift = shift + 0.5 * (low + high) * distance
         distance *= np.max(0.5 * (high - low) / half)
     target = middle + shift @ frame[:2]
-    return SimpleNamespace(eye=target + distance * toward, target=target, up=frame[1])
+    return SimpleNamespace(eye=target + distance * toward, target=target, up=frame[1], zoom=zoom)
 
 
-def _text(title, t):
-    return "   ".join(part for part in (title, "" if t is None else f"t = {t:.3f} s") if part)
+def _rays(camera, size, pixels):
+    """Unit directions (n, 3) through places (n, 2) in the picture [pixel], of which (0, 0) is the upper left corner."""
+    forward = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
+    scale = 2.0 * np.tan(np.radians(0.5 * LENS)) / (size[1] * camera.zoom)
+    x, y = (pixels - np.array([0.5, 0.5 + LOWER]) * size).T * scale
+    rays = forward + x[:, None] * np.cross(forward, camera.up) - y[:, None] * camera.up
+    return rays / np.linalg.norm(rays, axis=1)[:, None]
 
 
-def _paint(scene, parts, path, camera, vessel, spacing, size, text):
-    from matplotlib.image import imsave
+def _picture(world, camera, size, room, light):
+    """Colours (height, width, 3): one ray a pixel, and several where neighbours differ."""
+    def seen(pixels):
+        rays = _rays(camera, size, pixels)
+        return np.clip(trace(world, np.broadcast_to(camera.eye, rays.shape), rays, room, **light), 0.0, 1.0)
 
-    pv = needed("pyvista")
-    with pv.vtk_verbosity("error"):  # VTK warns if there is no display, but works without one
-        plotter = pv.Plotter(off_screen=True, window_size=[FINE * length for length in size], lighting="none")
-    try:
-        _check_opengl(plotter.render_window)
-        plotter.render_window.SetMultiSamples(0)  # it ignores transparent faces; more pixels do not
-        plotter.set_background(BACKGROUND[1], top=BACKGROUND[0])
-        _paint_vessel(pv, plotter, scene, vessel, spacing)
-        _paint_clear(pv, plotter, parts, camera.eye)
-        if text:
-            plotter.add_text(text, position=(0.02, 0.95), viewport=True, font_size=FINE * max(6, size[1] // 90),
-                             color=INK)
-        plotter.camera_position = [camera.eye, camera.target, camera.up]
-        plotter.camera.view_angle = LENS
-        plotter.reset_camera_clipping_range()
-        picture = plotter.screenshot(return_img=True)[..., :3]
-    finally:
-        plotter.close()
-    picture = picture.reshape(size[1], FINE, size[0], FINE, 3).mean(axis=(1, 3))
-    imsave(path, np.round(picture).astype(np.uint8))
+    rows, columns = np.indices(size[::-1]).reshape(2, -1)
+    middles = np.column_stack([columns, rows]) + 0.5
+    picture = seen(middles).reshape(size[1], size[0], 3)
+    sharp = np.zeros(picture.shape[:2], bool)
+    for axis in (0, 1):
+        jump = np.abs(np.diff(picture, axis=axis)).max(axis=2) > CONTRAST
+        sharp |= np.insert(jump, 0, False, axis=axis) | np.insert(jump, jump.shape[axis], False, axis=axis)
+    places = middles.reshape(*sharp.shape, 2)[sharp]
+    if len(places):
+        samples = seen((places[:, None] + SAMPLES).reshape(-1, 2)).reshape(-1, len(SAMPLES), 3)
+        picture[sharp] = samples.mean(axis=1)
+    return picture
+
+
+def _save(picture, path, text):
+    """Write the picture with a line of text, as large as fits."""
+    from matplotlib import get_data_path
+
+    image, draw, font = (needed(f"PIL.{name}") for name in ("Image", "ImageDraw", "ImageFont"))
+    page = image.fromarray(np.round(255.0 * picture).astype(np.uint8))
+    height, margin = max(10, page.height // 38), page.width // 40
+    if text:
+        file = str(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf")
+        while height > 6 and font.truetype(file, height).getlength(text) > page.width - 2 * margin:
+            height -= 1
+        draw.Draw(page).text((margin, margin), text, fill=INK, font=font.truetype(file, height))
+    page.save(path)
     _give_memory_back()
-    return Path(path)
 
 
 def _give_memory_back():
@@ -342,67 +455,3 @@ def _give_memory_back():
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform.startswith("linux") else None
     if trim is not None:
         trim(0)
-
-
-def _check_opengl(window):
-    """Raise ``OSError`` if VTK found neither a display nor EGL, in which case it would crash."""
-    if window.GetClassName() == "vtkOSOpenGLRenderWindow" and find_library("OSMesa") is None:
-        raise OSError("there is no OpenGL to render with (on Debian or Ubuntu: apt install libegl1 libgl1-mesa-dri)")
-
-
-def _paint_clear(pv, plotter, parts, eye):
-    """Paint all transparent parts as one mesh, with its triangles sorted from far to near."""
-    first = np.cumsum([0, *(len(part.points) for part in parts)])
-    points = np.concatenate([part.points for part in parts])
-    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, first)])
-    far = np.linalg.norm(points[triangles].mean(axis=1) - eye, axis=1)
-    triangles = triangles[np.argsort(-far, kind="stable")]
-    mesh = pv.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]))
-    mesh["rgba"] = np.round(255.0 * np.clip(np.concatenate([part.rgba for part in parts]), 0.0, 1.0)).astype(np.uint8)
-    plotter.add_mesh(mesh, scalars="rgba", rgb=True, lighting=False, copy_mesh=False)
-
-
-def _paint_vessel(pv, plotter, scene, vessel, spacing):
-    """Paint the base with its heater and sites, the edges and a soft shadow; nothing if the scene has no walls."""
-    if not scene.walls:
-        return
-    gap = 0.1 * spacing  # keeps coincident faces apart
-    low, high = vessel[0] - 2.0 * gap, vessel[1] + 2.0 * gap
-    foot = low[2] - SLAB_HEIGHT * spacing
-    slab = pv.Box((low[0], high[0], low[1], high[1], foot, low[2]))
-    plotter.add_mesh(_shaded(slab, SLAB), scalars="rgb", rgb=True, lighting=False)
-    hot = positions(scene.walls)[wall_colours(scene.walls)[1]]
-    if len(hot):
-        tiles = pv.PolyData(hot - [0.0, 0.0, gap]).glyph(
-            geom=pv.Cube(x_length=spacing, y_length=spacing, z_length=spacing), scale=False, orient=False)
-        plotter.add_mesh(_shaded(tiles, HOT), scalars="rgb", rgb=True, lighting=False)
-    for place in positions(scene.sites):
-        plotter.add_mesh(pv.Disc(center=place * [1.0, 1.0, 0.0] + [0.0, 0.0, vessel[0, 2] - 0.5 * gap], inner=0.0,
-                                 outer=0.4 * spacing, c_res=24), color=SITE, lighting=False)
-    outline = plan_outline(scene, np.array([low, high]))
-    rings = [np.column_stack([outline, np.full(len(outline), z)]) for z in (low[2], high[2])]
-    for ring in rings:
-        plotter.add_mesh(pv.lines_from_points(ring, close=True), color=EDGE, line_width=FINE * 1.5, lighting=False)
-    for k in range(0, len(outline), max(1, len(outline) // 4)):
-        plotter.add_mesh(pv.Line(rings[0][k], rings[1][k]), color=EDGE, line_width=FINE * 1.5, lighting=False)
-    _paint_shadow(pv, plotter, low, high, foot)
-
-
-def _paint_shadow(pv, plotter, low, high, foot):
-    reach = 0.2 * np.linalg.norm(high - low)
-    size = high[:2] - low[:2] + 2.0 * reach
-    ground = pv.Plane(center=(*0.5 * (low + high)[:2], foot), i_size=size[0], j_size=size[1], i_resolution=60,
-                      j_resolution=60)
-    beyond = np.maximum(np.maximum(low - ground.points, ground.points - high), 0.0)[:, :2]
-    dark = 0.35 * np.clip(1.0 - np.linalg.norm(beyond, axis=1) / reach, 0.0, 1.0)**2
-    ground["rgba"] = np.column_stack([np.tile(to_rgb(INK), (len(dark), 1)), dark])
-    ground["rgba"] = np.round(255.0 * ground["rgba"]).astype(np.uint8)
-    plotter.add_mesh(ground, scalars="rgba", rgb=True, lighting=False)
-
-
-def _shaded(mesh, colour):
-    """The mesh with one colour per face, brighter the more it faces the lamp."""
-    mesh = mesh.compute_normals(cell_normals=True, point_normals=False, auto_orient_normals=False)
-    light = 0.62 + 0.43 * np.clip(mesh.cell_data["Normals"] @ LIGHT, 0.0, 1.0)
-    mesh.cell_data["rgb"] = np.round(255.0 * np.clip(light[:, None] * to_rgb(colour), 0.0, 1.0)).astype(np.uint8)
-    return mesh
