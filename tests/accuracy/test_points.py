@@ -156,14 +156,19 @@ def test_claims_hold_or_fail(points, claim, holds):
     assert [statement.agrees for statement in found.statements] == [holds]
 
 
-@pytest.mark.parametrize("bound, holds", [(1.0, True), (0.5, False)])
-def test_presets_keep_what_they_state(points, monkeypatch, bound, holds):
+@pytest.mark.parametrize("bound, promised, holds", [
+    (1.0, {}, True), (0.5, {}, False), (0.5, {"h": 0.5}, True), (1.0, {"h": 2.0}, False)])
+def test_presets_keep_what_they_state(points, monkeypatch, bound, promised, holds):
+    """Where the study says that it is checked, and that point is off the front if it does not compete."""
     preset = {"fine": Quality(dt_factor=0.1, density=DensityConstraint(), cost=1.0, stated={
         ("toy", "e"): bound, ("another", "e"): 0.0})}
     monkeypatch.setattr(knobs, "QUALITIES", preset)
     monkeypatch.setattr(results, "QUALITIES", preset)
-    found = results.find(study(), run_all(study(), points), quick=True, claims=[])
+    one = study(promised=promised, apart=("h",))
+    found = results.find(one, run_all(one, points), quick=True, claims=[])
     assert [statement.agrees for statement in found.statements] == [holds] and found.presets()["fine"].cost == 1.0
+    deep = [row for row in found.rows if row.settings.startswith("preset fine, ")]
+    assert len(deep) == len(promised) and all(math.isnan(row.error) for row in deep)
 
 
 def test_every_claim_is_about_what_is_there():

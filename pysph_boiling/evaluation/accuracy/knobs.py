@@ -4,7 +4,7 @@ A setting is a dictionary field -> value; ``density.omega`` is the field of an e
 they are needed, since each imports its scene.
 """
 import itertools
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 from pysph_boiling.names import unknown
 from pysph_boiling.schemes.quality import QUALITIES
@@ -103,6 +103,7 @@ class Study:
     ``error`` is the name of the error of the front and ``what`` describes it. If ``finest`` is given, these are the
     settings of the reference run, and ``error`` is the name of a fact that is compared with it. ``knobs`` maps a name
     to settings. A problem with a density constraint also runs with every preset, unless ``presets`` is false.
+    What the presets promise is checked at the settings ``promised``, which need not compete with the others.
     ``others`` are further errors for the tables, all if not given. Points that differ from ``problem`` in a field of
     ``apart`` are left out of the front, because the error does not show the effect of that field. ``note`` is added to
     the title of the problem.
@@ -116,6 +117,7 @@ class Study:
     trends: tuple = ()
     finest: dict | None = None
     presets: bool = True
+    promised: dict = field(default_factory=dict)
     others: tuple | None = None
     apart: tuple = ()
     note: str = ""
@@ -148,10 +150,14 @@ class Study:
             return {}
         return {name: replace(self.problem, **preset.settings()) for name, preset in QUALITIES.items()}
 
+    def promised_points(self):
+        """Name -> problem at which the promises of each preset are checked."""
+        return {name: changed(problem, self.promised) for name, problem in self.preset_points().items()}
+
     def problems(self):
         """All problems to run, without repetition."""
         every = [changed(self.problem, settings) for settings, _ in self.settings()]
-        return list(dict.fromkeys([*every, *self.preset_points().values()]))
+        return list(dict.fromkeys([*every, *self.preset_points().values(), *self.promised_points().values()]))
 
 
 CUBIC, QUINTIC = {"kernel": "CubicSpline"}, {"kernel": "WendlandQuintic"}
@@ -203,7 +209,7 @@ def hydrostatic(dim, quick):
     return Study(key, problem, "density_mean", what, knobs, trends=(
         Trend("time step, 4 sweeps", "dt_factor", four),
         Trend("spacing, level of the water", "layers", level, error="level", finer="larger")),
-        apart=("layers",), note=f"{dim}-D")
+        apart=("layers",), promised={"layers": 40}, note=f"{dim}-D")
 
 
 def dam_break(quick):

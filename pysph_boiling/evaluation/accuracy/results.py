@@ -51,6 +51,10 @@ def find(study, points, quick, claims=None):
              for settings, knobs in study.settings()]
     known = {problem for problem, _, _ in every}
     every += [(problem, "", "presets") for problem in dict.fromkeys(presets.values()) if problem not in known]
+    promised = study.promised_points()
+    if study.promised:
+        every += [(problem, f"preset {name}, {describe_settings(study.promised)}", "presets")
+                  for name, problem in promised.items() if problem not in known]
     rows = []
     for problem, settings, knobs in every:
         record = points.get(problem)
@@ -72,7 +76,7 @@ def find(study, points, quick, claims=None):
     form = "quick" if quick else "full"
     own = [claim for claim in claims if claim["study"] == study.key and claim.get("form", form) == form]
     statements = [check(claim, study, points, orders) for claim in own]
-    statements += promises(study, presets, points)
+    statements += promises(study, promised, points)
     return Findings(study, rows, pareto([row.cost for row in rows], [row.error for row in rows]), orders, statements)
 
 
@@ -123,12 +127,13 @@ def check(claim, study, points, orders):
 
 
 def promises(study, presets, points):
-    """Statements that the presets keep within the errors that they promise."""
+    """Statements that the presets keep within the errors that they promise, at the settings of the study for that."""
+    where = f", {describe_settings(study.promised)}" if study.promised else ""
     for name, problem in presets.items():
         for (key, error), bound in QUALITIES[name].stated.items():
             if key == study.key:
                 value = size(points.get(problem), error)
-                yield Statement(f"preset {name}: {error.replace('_', ' ')} at most {percent(bound)}",
+                yield Statement(f"preset {name}: {error.replace('_', ' ')} at most {percent(bound)}{where}",
                                 percent(value), value <= bound)
 
 
