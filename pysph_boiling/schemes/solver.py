@@ -35,8 +35,8 @@ from pysph_boiling.schemes.particle_files import ParticleFiles
 from pysph_boiling.schemes.reductions import CompiledReductions
 from pysph_boiling.threads import end_on_interrupt
 
-__all__ = ["StagedSolver", "build_side_by_side", "step_few_alone", "strip_unused_declarations", "vector_flags",
-           "vector_tag", "vectorised"]
+__all__ = ["StagedSolver", "build_side_by_side", "edited", "step_few_alone", "strip_unused_declarations",
+           "vector_flags", "vector_tag", "vectorised"]
 
 NEVER = (-1.0,)  # step at which particles were sorted last
 FEW = 100_000  # particles, whose prediction takes one thread less time than others take to wake up
