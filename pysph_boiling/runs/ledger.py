@@ -118,6 +118,7 @@ class Ledger(Tool):
         self.summed = ("m", *(["T"] if self.thermal else []),
                        *(row.name for row in scheme.effect_rows("properties") if row.cumulative))
         self.columns = [*self._own_columns(), *scheme.effect_rows("columns")]
+        self.values = [(column.name, column.value) for column in self.columns]
         self.storing = [effect for effect in scheme.effects.values() if type(effect).stored is not Effect.stored]
         self.rows, self.now = Rows(), None
         self.warned = False
@@ -242,9 +243,10 @@ class Ledger(Tool):
         arrays = self.moment(self.scheme.arrays)
         if self.thermal:
             self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
-        values = {"t": t, "dt": dt}
-        values.update((column.name, column.value(arrays, self.scene)) for column in self.columns)
-        return values
+        row, scene = {"t": t, "dt": dt}, self.scene
+        for name, value in self.values:
+            row[name] = value(arrays, scene)
+        return row
 
     def pre_step(self, solver):
         if solver.count % self.every and self.rows and self.rows[-1]["t"] >= solver.t * (1.0 - 1e-12):

@@ -359,12 +359,12 @@ def totals(arrays):
         count = len(host(pa, "m"))  # a device counts periodic ghosts among the real ones
         number, energy, hidden = arrays.reductions.states(pa) if "e" in pa.properties else ([0.0] * 5, [0.0] * 5, 0.0)
         parts.append([count, *arrays.reductions.sums(pa, arrays.summed), *number, *energy, hidden])
-    count, *found = ranks.total(np.array([sum(part) for part in zip(*parts)])).tolist()
+    (found,) = parts if len(parts) == 1 else [[sum(part) for part in zip(*parts)]]
+    count, *found = found if ranks.size() == 1 else ranks.total(np.array(found)).tolist()
     sums, found = found[:len(arrays.summed)], found[len(arrays.summed):]
-    return Totals(count, dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
+    return Totals(float(count), dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
 
 
-@computed_once
 def sum_over(arrays, name):
     """Sum of a property over the real particles of all arrays and ranks, with the values of removed particles."""
     if isinstance(arrays, Snapshot) and name in arrays.summed:
