@@ -11,7 +11,7 @@ from pysph_boiling.equations.buoyancy import BubbleBuoyancy, BubbleBuoyancyIhmse
 from pysph_boiling.equations.cohesion import (
     BubbleCohesion,
     BubbleCohesionMove,
-    BubbleCohesionReset,
+    BubbleCohesionStart,
     BubbleSiteAdhesion,
 )
 from pysph_boiling.equations.preset_nucleation import NucleationSiteAttraction
@@ -21,9 +21,9 @@ from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import Phase
 
 __all__ = [
-    "DX", "HDX", "MAX_DISPLACEMENT", "N", "PULL", "PULLED", "RHO0", "STIFFNESS", "STRENGTH", "SUPPORT", "VAPOUR",
-    "Forces", "assert_equals_reference", "assert_momentum_is_conserved", "between", "particles", "random_bubbles",
-    "to_sites",
+    "DX", "HDX", "MAX_DISPLACEMENT", "N", "PULL", "PULLED", "PULL_START", "RHO0", "SHARE", "STIFFNESS", "STRENGTH",
+    "SUPPORT", "VAPOUR", "Forces", "assert_equals_reference", "assert_momentum_is_conserved", "between", "particles",
+    "random_bubbles", "to_sites",
 ]
 
 DX, RHO0, HDX = 0.01, 958.0, 1.2
@@ -32,7 +32,8 @@ VAPOUR = int(Phase.VAPOUR)
 N, N_SITES = 60, 8
 G = {2: np.array([0.0, -9.81, 0.0]), 3: np.array([0.0, 0.0, -9.81])}
 STRENGTH, STIFFNESS, MAX_DISPLACEMENT = 30.0, 5.0 / DX, 0.5 * DX  # of cohesion
-PULL, PULLED = (tuple(f"{name}_{axis}" for axis in "xyz") for name in ("pull", "pulled"))
+SHARE = 0.7  # of the last displacement by cohesion, with which a step begins
+PULL, PULLED, PULL_START = (tuple(f"{name}_{axis}" for axis in "xyz") for name in ("pull", "pulled", "pull_start"))
 ROUND_OFF = 1e-12  # sums of some 40 terms, in another order than the compiled ones
 
 
@@ -47,7 +48,7 @@ class Forces:
         self.fluid, self.sites = fluid, site_array(sites, reach=SUPPORT, spacing=DX)
         for name in ("phase", "bubble_n", "film", "covered", "free", "vapour_near"):
             fluid.add_property(name, type="int")
-        for name in ("limited", "sx", "sy", "sz", *PULL, *PULLED):
+        for name in ("limited", "sx", "sy", "sz", *PULL, *PULLED, *PULL_START):
             fluid.add_property(name)
         fluid.add_constant("prior", [1.0, 1.0, 1.0])
         fluid.phase[:] = phase
@@ -61,7 +62,7 @@ class Forces:
             "cohesion": BubbleCohesion("fluid", ["fluid"], strength=STRENGTH, radius=2.3 * DX, stiffness=STIFFNESS,
                                        max_displacement=MAX_DISPLACEMENT),
             "cohesion_move": BubbleCohesionMove("fluid", None),
-            "cohesion_reset": BubbleCohesionReset("fluid", None),
+            "cohesion_start": BubbleCohesionStart("fluid", None, share=SHARE),
             "adhesion": BubbleSiteAdhesion("fluid", ["sites"], strength=80.0, radius=2.1 * DX, spacing=DX),
             "film": VentingFilm("fluid", ["fluid"], **cone),
             "free": VentingFree("fluid", ["fluid"], **cone),

@@ -4,7 +4,7 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-__all__ = ["BubbleCohesion", "BubbleCohesionMove", "BubbleCohesionReset", "BubbleSiteAdhesion"]
+__all__ = ["BubbleCohesion", "BubbleCohesionMove", "BubbleCohesionStart", "BubbleSiteAdhesion"]
 
 
 class BubbleCohesion(Equation):
@@ -20,9 +20,9 @@ class BubbleCohesion(Equation):
     .. math::  p_i = \theta\,(\Delta t^2 a_i(x^k) - c_i), \quad c_i \leftarrow c_i + p_i, \quad
                x_i^{k+1} = x_i^k + p_i + \omega\,\Delta x_i, \qquad \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
 
-    As c starts at zero and theta is the same for all, every p is a sum over pairs, which conserves momentum after any
-    number of sweeps. kappa a_c is about half the stiffest eigenvalue of the forces in a dense bubble, so the iteration
-    converges for any time step.
+    A step begins with part of the c of the last one (:class:`BubbleCohesionStart`). As theta is the same for all, every
+    p is a sum over pairs, which conserves momentum after any number of sweeps. kappa a_c is about half the stiffest
+    eigenvalue of the forces in a dense bubble, so the iteration converges for any time step.
 
     Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1; the paper, section 4.2.1, mentions surface
     tension without a formula. Differs: implicit; the iteration is ours.
@@ -34,9 +34,10 @@ class BubbleCohesion(Equation):
     stiffness : float          kappa [1/m], >= 0.
     max_displacement : float   Largest p of one sweep [m], > 0.
 
-    Reads    d_phase, s_phase, d_m, s_m [kg], positions, constant ``prior`` [-], the time step.
-    Writes   d_pull_x .. d_pull_z (p) [m], d_pulled_x .. d_pulled_z (c) [m], d_limited, own index only.
-    Needs    c = 0 when a step begins (:class:`BubbleCohesionReset`).
+    Reads    d_phase, s_phase, d_m, s_m [kg], positions, d_pull_start_x .. d_pull_start_z (the c with which the step
+    began over dt^2) [m/s^2], constant ``prior`` [-], the time step.
+    Writes   d_pull_x .. d_pull_z (p) [m], d_pulled_x .. d_pulled_z (c without that part) [m], d_limited, own index
+    only.   Needs   :class:`BubbleCohesionStart` between two steps.
     Errors   ValueError if a parameter is out of range.   Limits   A limited p does not conserve momentum. In passes of
     the sweeps that the velocity does not feel (``prior``), there is no cohesion.
     """
@@ -84,13 +85,13 @@ class BubbleCohesion(Equation):
                         d_pull_y[d_idx] -= f * ry
                         d_pull_z[d_idx] -= f * rz
 
-    def post_loop(self, d_idx, d_phase, d_pull_x, d_pull_y, d_pull_z, d_pulled_x, d_pulled_y, d_pulled_z, d_limited,
-                  d_prior, dt):
+    def post_loop(self, d_idx, d_phase, d_pull_x, d_pull_y, d_pull_z, d_pulled_x, d_pulled_y, d_pulled_z,
+                  d_pull_start_x, d_pull_start_y, d_pull_start_z, d_limited, d_prior, dt):
         if d_phase[d_idx] == 3:
             f = d_prior[1] / (1.0 + self.stiffness*self.strength*dt*dt)
-            px = f * (dt*dt*d_pull_x[d_idx] - d_pulled_x[d_idx])
-            py = f * (dt*dt*d_pull_y[d_idx] - d_pulled_y[d_idx])
-            pz = f * (dt*dt*d_pull_z[d_idx] - d_pulled_z[d_idx])
+            px = f * (dt*dt*(d_pull_x[d_idx] - d_pull_start_x[d_idx]) - d_pulled_x[d_idx])
+            py = f * (dt*dt*(d_pull_y[d_idx] - d_pull_start_y[d_idx]) - d_pulled_y[d_idx])
+            pz = f * (dt*dt*(d_pull_z[d_idx] - d_pull_start_z[d_idx]) - d_pulled_z[d_idx])
             size = sqrt(px*px + py*py + pz*pz)
             f = 1.0
             if size > self.max_displacement:
@@ -120,16 +121,49 @@ class BubbleCohesionMove(Equation):
         d_sz[d_idx] += d_pull_z[d_idx]
 
 
-class BubbleCohesionReset(Equation):
-    """The displacement c of :class:`BubbleCohesion` starts at zero in the next step.
+class BubbleCohesionStart(Equation):
+    r"""A step begins with part of the displacement c by cohesion of the last one, as an acceleration.
 
-    Source: ours.   Reads   nothing.   Writes   d_pulled_x, d_pulled_y, d_pulled_z [m], own index only.
+    .. math::  a^s_i \leftarrow s\,(a^s_i + c_i/\Delta t^2), \qquad c_i \leftarrow 0
+
+    Here c is the displacement in the sweeps, and :math:`\Delta t^2 a^s` the part with which that step began. Without
+    this start only the second of two sweeps knows how cohesion compresses a bubble, whose pressure is then too low:
+    short steps, which have two sweeps, stir.
+
+    Source: ours.
+
+    Parameters
+    ----------
+    share : float   s [-], from 0 to 1.
+
+    Reads    d_phase, d_pulled_x .. d_pulled_z (c) [m], the time step.
+    Writes   d_pull_start_x .. d_pull_start_z (a^s, 0 without vapour) and d_au .. d_aw [m/s^2], d_pulled_x ..
+    d_pulled_z [m], own index only.   Errors   ValueError if share is not from 0 to 1.
     """
 
-    def initialize(self, d_idx, d_pulled_x, d_pulled_y, d_pulled_z):
+    def __init__(self, dest, sources, share):
+        if not 0.0 <= share <= 1.0:
+            raise ValueError(f"share of the last cohesion must lie in [0, 1], got {share}")
+        self.share = float(share)
+        super().__init__(dest, sources)
+
+    def post_loop(self, d_idx, d_phase, d_pulled_x, d_pulled_y, d_pulled_z, d_pull_start_x, d_pull_start_y,
+                  d_pull_start_z, d_au, d_av, d_aw, dt):
+        f = 0.0
+        each = 0.0
+        if d_phase[d_idx] == 3:
+            f = self.share
+        if dt > 0.0:
+            each = f / (dt*dt)
+        d_pull_start_x[d_idx] = f*d_pull_start_x[d_idx] + each*d_pulled_x[d_idx]
+        d_pull_start_y[d_idx] = f*d_pull_start_y[d_idx] + each*d_pulled_y[d_idx]
+        d_pull_start_z[d_idx] = f*d_pull_start_z[d_idx] + each*d_pulled_z[d_idx]
         d_pulled_x[d_idx] = 0.0
         d_pulled_y[d_idx] = 0.0
         d_pulled_z[d_idx] = 0.0
+        d_au[d_idx] += d_pull_start_x[d_idx]
+        d_av[d_idx] += d_pull_start_y[d_idx]
+        d_aw[d_idx] += d_pull_start_z[d_idx]
 
 
 class BubbleSiteAdhesion(Equation):

@@ -29,6 +29,7 @@ typedef struct {                        /* of the fluid */
     int *limited, *contacts, *projected;                /* the last two: NULL without a container */
     const unsigned int *uid;
     const int *phase;                                   /* NULL without cohesion */
+    const double *pull_start_x, *pull_start_y, *pull_start_z;
     double *pulled_x, *pulled_y, *pulled_z;
 } SweepFluid;
 
@@ -167,8 +168,9 @@ static void pull(const SweepModel *p, const SweepFluid *fluid, const PairSource 
         ax -= f*dx; ay -= f*dy; az -= f*dz;
     }
     double f = feels / (1.0 + p->stiffness * p->strength * dt2);
-    double px = f * (dt2*ax - fluid->pulled_x[i]), py = f * (dt2*ay - fluid->pulled_y[i]),
-           pz = f * (dt2*az - fluid->pulled_z[i]);
+    double px = f * (dt2*(ax - fluid->pull_start_x[i]) - fluid->pulled_x[i]);
+    double py = f * (dt2*(ay - fluid->pull_start_y[i]) - fluid->pulled_y[i]);
+    double pz = f * (dt2*(az - fluid->pull_start_z[i]) - fluid->pulled_z[i]);
     const double size = sqrt(px*px + py*py + pz*pz);
     if (size > p->max_displacement) {
         f = p->max_displacement / size;

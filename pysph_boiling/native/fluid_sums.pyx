@@ -49,6 +49,9 @@ cdef extern from "exchange.h" nogil:
         int *projected
         const unsigned int *uid
         const int *phase
+        const double *pull_start_x
+        const double *pull_start_y
+        const double *pull_start_z
         double *pulled_x
         double *pulled_y
         double *pulled_z
@@ -325,6 +328,8 @@ cdef class DensitySweeps(FluidSums):
         if self.coheres:
             f.phase = counter(pa, "phase")
             f.pulled_x, f.pulled_y, f.pulled_z = data(pa, "pulled_x"), data(pa, "pulled_y"), data(pa, "pulled_z")
+            f.pull_start_x, f.pull_start_y = data(pa, "pull_start_x"), data(pa, "pull_start_y")
+            f.pull_start_z = data(pa, "pull_start_z")
         f.contacts = f.projected = NULL
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")

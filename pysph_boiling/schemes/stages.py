@@ -127,7 +127,7 @@ STAGES = (
             GroupSpec("sum", "every acceleration of the next prediction"),
             GroupSpec("release", "free vapour falls"),
             GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),
-            GroupSpec("next", "what the next step begins with: rest volume, no displacement by cohesion", ("swell",)),
+            GroupSpec("next", "what the next step begins with: rest volume", ("swell",)),
         )),
     )),
 )

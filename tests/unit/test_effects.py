@@ -60,8 +60,8 @@ OWNS = {
     "condensation": ("BubbleCondensation", "condensing deficit condensed", "steps relabel", "n_condensed"),
     "pooling": ("PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
     "buoyancy": ("BubbleBuoyancy", "", "", ""),
-    "cohesion": ("BubbleCohesion BubbleCohesionMove BubbleCohesionReset",
-                 "pull_x pull_y pull_z pulled_x pulled_y pulled_z", "", ""),
+    "cohesion": ("BubbleCohesion BubbleCohesionMove BubbleCohesionStart",
+                 "pull_x pull_y pull_z pulled_x pulled_y pulled_z pull_start_x pull_start_y pull_start_z", "", ""),
     "adhesion": ("BubbleSiteAdhesion", "", "", ""),
     "drag": ("BubbleDrag", "", "", ""),
     "convection": ("ConvectionGradient", "gTx gTy gTz", "", ""),
@@ -142,9 +142,9 @@ def test_mechanical_ledger_adds_what_it_owns(effects):
     before = make(effects=effects, lean=False)
     after = make(effects={**effects, "mechanics": MechanicalLedger()})
     swells = "expansion" in effects
-    owners = {"density", "viscosity", "artificial_pressure", "preset_nucleation", "buoyancy", "adhesion", "drag",
-              "venting"}
-    parts = owners | {"gravity", "vented", "container", "cohesion"} | ({"expansion"} if swells else set())
+    owners = {"density", "viscosity", "artificial_pressure", "preset_nucleation", "buoyancy", "cohesion", "adhesion",
+              "drag", "venting"}
+    parts = owners | {"gravity", "vented", "container"} | ({"expansion"} if swells else set())
     for what, own in (
         (lambda m: {type(term.equation).__name__ for term in m[0].terms()}, {"PBFPressure"} if swells else set()),
         (lambda m: set(m[1][0].properties), {f"a{axis}_by_{owner}" for owner in owners for axis in "uvw"} | (
