@@ -117,6 +117,13 @@ def run(arguments):
         app.run(openmp_arguments(rest, app.num_procs) + rest)
 
 
+def bubbles(arguments):
+    """Measure how finished runs boil."""
+    from pysph_boiling.evaluation.bubbles import bubbles as command
+
+    command(arguments)
+
+
 def reproduce(arguments):
     """Reproduce figures and tables of the paper."""
     from pysph_boiling.evaluation.reproduce.command import reproduce as command
@@ -150,6 +157,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
   list                 list the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again, make a movie, or export to ParaView
+  bubbles DIR          say when and where bubbles depart in runs, how large they are and how they look
   reproduce [FIGURE]   reproduce the paper's figures and tables, all or those named (--quick: small scenes)
   accuracy [STUDY]     measure what accuracy costs in computing time on this machine (--quick: small scenes)
   validate [CASE]      compare the model with formulas, experiments and stored statistics (--quick: coarse)
@@ -164,7 +172,7 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": list_scenes, "run": run, "render": render, "reproduce": reproduce,
+    commands = {"list": list_scenes, "run": run, "render": render, "bubbles": bubbles, "reproduce": reproduce,
                 "accuracy": accuracy, "validate": validate, "stress": stress}
     if command == "--version":
         from pysph_boiling import __version__

@@ -2,17 +2,23 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay, cKDTree
 
 from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import nearest_image
 
-__all__ = ["PIECE", "Event", "Shape", "lasting", "mendelson", "merger", "pulsation", "rise_speed", "shapes", "split",
-           "track"]
+__all__ = ["PIECE", "Event", "Free", "Shape", "free_bubbles", "lasting", "mendelson", "merger", "pulsation",
+           "rise_speed", "shapes", "split", "track"]
 
 PIECE = {2: 4, 3: 8}  # smallest number of particles that counts as a bubble of its own; fewer are a splash
 LASTS = 0.05  # [s] that bubbles must stay merged or apart
+TOGETHER = 2.0  # [spacings] vapour that is closer is seen as one bubble, in one piece or in several
+COVER = 2.0  # [spacings] thickness of the liquid above a bubble that is not at the surface
+MARGIN = 4.0  # [spacings] round a bubble within which voids are looked for
 SEMI_AXIS = {2: 4.0, 3: 5.0}  # squared semi-axis of a full ellipse or ellipsoid over the variance along it
 
 
@@ -67,6 +73,76 @@ def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
             int(label), int(own.sum()), float(volume[own].sum()), centroid, float(np.linalg.norm(arm, axis=1).mean()),
             2.0 * float(width), 2.0 * float(height), ball * float(np.sqrt(max(np.linalg.det(moments), 0.0)))))
     return sorted(found, key=lambda shape: (-shape.n, shape.label))
+
+
+@dataclass(frozen=True)
+class Free:
+    """A bubble between the base and the surface, at one moment.
+
+    ``shape`` is the :class:`Shape` of its largest piece, ``whole`` [-] the share of its vapour that is in this piece,
+    and ``void`` [m] the thickness of the thickest gap in it and round it, in which there is no particle.
+    """
+
+    shape: Shape
+    whole: float
+    void: float
+
+
+def free_bubbles(fluid, walls, *, dim, spacing, floor, rho0=1.0):
+    r"""The :class:`Free` bubbles of a fluid array with labels that have at least ``PIECE`` particles, largest first.
+
+    ``fluid`` is that of :func:`shapes`, ``walls`` a list of wall arrays, and ``spacing`` that of the particles [m]. A
+    bubble is free when all of it is above ``floor`` [m], and liquid ``COVER`` spacings thick lies above it. Pieces of
+    vapour closer than ``TOGETHER`` spacings are one bubble.
+
+    An empty ball of radius R fits between two plane rows of a square or cubic lattice that are a gap apart:
+
+    .. math::  gap = 2 \sqrt{R^2 - (dim - 1) dx^2/4} - dx
+
+    The void is this gap for the largest empty ball that touches the bubble; it is 0 in a lattice.
+    """
+    vapour = np.flatnonzero(fluid.phase == Phase.VAPOUR)
+    if not len(vapour):
+        return []
+    place, points = positions(fluid)[vapour][:, :dim], positions(fluid)[:, :dim]
+    pairs = cKDTree(place).query_pairs(TOGETHER * spacing, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs), bool), tuple(pairs.T)), shape=(len(vapour),) * 2)
+    bubble = connected_components(graph, directed=False)[1]
+    label = np.asarray(fluid.bubble)[vapour]
+    around = np.concatenate([points, *(positions(pa)[:, :dim] for pa in walls)])
+    liquid = points[fluid.phase != Phase.VAPOUR]
+    found, seen = [], set()
+    for shape in shapes(fluid, dim, rho0):
+        number = bubble[np.argmax(label == shape.label)]
+        if shape.n < PIECE[dim] or number in seen:
+            continue
+        seen.add(number)
+        own = place[bubble == number]
+        lower, upper = own.min(axis=0), own.max(axis=0)
+        across = liquid[:, :-1]
+        above = liquid[np.all((across >= lower[:-1] - spacing) & (across <= upper[:-1] + spacing), axis=1), -1]
+        if lower[-1] > floor and above.max(initial=-np.inf) > upper[-1] + COVER * spacing:
+            found.append(Free(shape, shape.n / len(own), void(own, around, spacing)))
+    return found
+
+
+def void(own, points, spacing):
+    """The void [m] round the bubble ``own`` (n, dim) [m] among all ``points`` (m, dim) [m]; see :func:`free_bubbles`.
+
+    The largest empty balls are the circumscribed ones of the simplices of a Delaunay triangulation.
+    """
+    dim = own.shape[1]
+    near = points[np.all(np.abs(points - 0.5 * (own.min(axis=0) + own.max(axis=0)))
+                         <= 0.5 * np.ptp(own, axis=0) + MARGIN * spacing, axis=1)] / spacing
+    corners = near[Delaunay(near).simplices]
+    edges = corners[:, 1:] - corners[:, :1]
+    solid = np.abs(np.linalg.det(edges)) > 1e-6  # flat ones have no ball; their neighbours have
+    corners, edges = corners[solid], edges[solid]
+    middle = np.linalg.solve(edges, 0.5 * np.sum(edges**2, axis=2)[..., None])[..., 0]
+    radius = np.linalg.norm(middle, axis=1)
+    at_bubble = cKDTree(own / spacing).query(corners.reshape(-1, dim))[0].reshape(corners.shape[:2]).min(axis=1) < 1e-9
+    most = np.max(radius[at_bubble & (radius < MARGIN / 2.0)], initial=0.0)
+    return float(max(0.0, 2.0 * np.sqrt(max(0.0, most**2 - 0.25 * (dim - 1))) - 1.0)) * spacing
 
 
 def largest(fluid, t, dim, rho0):

@@ -180,7 +180,7 @@ class SceneApplication(Application):
 
     @property
     def departures(self):
-        """Bubbles that departed from the base: list of (time [s], particles); empty in a scene without sites."""
+        """Bubbles that departed from the base: list of (time [s], particles, site); empty in a scene without sites."""
         from pysph_boiling.schemes.bubbles import Departures
 
         return [event for tool in self.tools if isinstance(tool, Departures) for event in tool.events]

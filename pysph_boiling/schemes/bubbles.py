@@ -9,9 +9,8 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.native import counts
 from pysph_boiling.parallel import ranks
-from pysph_boiling.particles import positions
 from pysph_boiling.schemes.effects.base import computed_once
-from pysph_boiling.schemes.vapour import Vapour
+from pysph_boiling.schemes.vapour import Vapour, nearest_image
 
 __all__ = ["Departures", "equivalent_radius", "mean_radius", "store_sizes", "vapour_of"]
 
@@ -43,39 +42,54 @@ def store_sizes(arrays):
 
 
 class Departures(Tool):
-    """Records each bubble that departs from the base: ``events`` is a list of (time [s], particles).
+    """Records each bubble that departs from the base: ``events`` is a list of (time [s], particles, site).
 
     A bubble is detached when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when
     it is detached and most of its particles were in an attached bubble one step before. So a bubble that splits or
     merges while it rises does not depart again, and vapour that forms above the base does not depart at all.
+
+    It departs from the site next to its lowest particle. Sites are numbered in the order of their coordinates, x first,
+    and not in that of the memory.
     """
 
     def __init__(self, scheme, clearance):
         self.scheme, self.clearance = scheme, clearance
-        self.up = np.array(scheme.scene().up)
-        self.base = None
+        self.up, self.period = np.array(scheme.scene().up), scheme.scene().period
+        self.sites = self.base = None
         self.attached = np.zeros(0, np.uintc)  # uids in attached bubbles, one step before, sorted
         self.events = []
 
     def pre_step(self, solver):
         if self.base is None:  # at the start and when a run is resumed
-            sites = [pa for pa in solver.particles if pa.name in self.scheme.sites]
-            self.base = ranks.largest(max(
-                float(np.max(positions(pa) @ self.up, initial=-np.inf)) for pa in sites))
+            places = ranks.gather(np.concatenate([
+                np.stack([pa.get(axis, only_real_particles=True) for axis in "xyz"], -1)
+                for pa in solver.particles if pa.name in self.scheme.sites]))[0]
+            self.sites = places[np.lexsort(places.T[::-1])]
+            self.base = float(np.max(self.sites @ self.up))
             self.attached = self.look()[-1]
 
     def post_step(self, solver):
-        vapour, aloft, before, self.attached = self.look()
-        for n in vapour.n[aloft & (before > 0.5 * vapour.n)]:
-            self.events.append((solver.t + solver.dt, int(n)))
+        vapour, height, aloft, before, self.attached = self.look()
+        leaving = np.flatnonzero(aloft & (before > 0.5 * vapour.n))
+        if len(leaving):
+            lowest = self.lowest(vapour, height)
+            for bubble in leaving:
+                away = nearest_image(self.sites - lowest[bubble], self.period)
+                site = int(np.argmin(np.sum((away - np.outer(away @ self.up, self.up))**2, axis=1)))
+                self.events.append((solver.t + solver.dt, int(vapour.n[bubble]), site))
 
     def look(self):
-        """The vapour; whether each bubble is detached, and how many of its particles were in attached bubbles one step
-        before, (bubbles,) each; the uids in attached bubbles now."""
+        """The vapour and the heights of its particles; whether each bubble is detached, and how many of its particles
+        were in attached bubbles one step before, (bubbles,) each; the uids in attached bubbles now."""
         vapour = Vapour(self.scheme.arrays)
         height = sum(share * vapour.get(name) for name, share in zip("xyz", self.up) if share)
         uid = vapour.get("uid")
         low, before = map(ranks.total, counts(vapour.index, len(vapour.label), height, self.base, self.clearance, uid,
                                               self.attached))
         aloft = low == 0.0
-        return vapour, aloft, before, np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
+        return vapour, height, aloft, before, np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
+
+    def lowest(self, vapour, height):
+        """Place of the lowest particle of each bubble, (bubbles, 3) [m]; the mean of several that are equally low."""
+        low = height == -vapour.max(-height, least=-np.inf)[vapour.index]
+        return np.stack([vapour.sum(low * vapour.get(axis)) for axis in "xyz"], -1) / vapour.sum(low)[:, None]

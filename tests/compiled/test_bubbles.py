@@ -8,7 +8,7 @@ from harness import host_only
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import NO_BUBBLE, fluid_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.schemes.bubbles import equivalent_radius, mean_radius
+from pysph_boiling.schemes.bubbles import Departures, equivalent_radius, mean_radius
 from pysph_boiling.schemes.vapour import Vapour
 
 VAPOUR = int(Phase.VAPOUR)
@@ -91,3 +91,51 @@ def test_without_vapour_there_are_no_bubbles():
     bubbles, scene = bubbles_of(vapour(SQUARE, NO_BUBBLE, phase=Phase.LIQUID))
     assert len(bubbles.label) == len(bubbles.n) == len(mean_radius(bubbles, scene)) == 0
     assert bubbles.places(scene.period)[1].shape == (0, 3)
+
+
+# --- how they depart --------------------------------------------------------------------------------------------------
+
+
+def departures(*arrays, sites=((6.0, 0.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 0.0)), period=(0.0, 0.0, 0.0)):
+    """The tool that records departures, and a function that ends a step after changing the first array."""
+    pa = fluid_array(np.array(sites), spacing=1.0, dim=2, rho0=WATER.rho_l, name="sites")
+    scheme = SimpleNamespace(arrays=list(arrays), sites=["sites"], scene=lambda: SimpleNamespace(
+        up=(0.0, 1.0, 0.0), period=np.array(period)))
+    tool = Departures(scheme, clearance=2.4)
+    solver = SimpleNamespace(particles=[*arrays, pa], t=1.0, dt=0.1)
+    tool.pre_step(solver)
+
+    def step(dx=0.0, dy=0.0, label=None):
+        arrays[0].x[:] += dx
+        arrays[0].y[:] += dy
+        if label is not None:
+            arrays[0].bubble[:] = label
+        tool.pre_step(solver)
+        tool.post_step(solver)
+        solver.t += solver.dt
+        return tool.events
+
+    return step
+
+
+@host_only
+def test_a_bubble_departs_once_and_from_the_site_next_to_its_lowest_particle():
+    """Sites are numbered by x. Two particles of four bridge to the right, but the lowest is above the site at x = 3."""
+    step = departures(vapour([[2.5, 1, 0], [3, 2, 0], [5, 2, 0], [6, 2, 0]], 7))
+    assert step() == [] and step(dy=1.3) == []  # 2.3 above the sites
+    assert step(dy=0.2) == [(pytest.approx(1.3), 4, 1)]
+    step(dy=3.0)
+    assert len(step(label=[7, 7, 8, 8])) == 1  # it splits as it rises
+
+
+@host_only
+def test_what_leaves_a_remainder_departs_and_what_forms_above_does_not():
+    step = departures(vapour([[0.2, 3, 0], [0.2, 4, 0], [0.2, 5, 0], [0.2, 2, 0], [5, 9, 0]], [3, 3, 3, 3, 9]))
+    assert step() == []
+    assert step(label=[3, 3, 3, 4, 9]) == [(pytest.approx(1.2), 3, 0)]
+
+
+@host_only
+def test_the_site_is_the_nearest_image_in_a_periodic_domain():
+    step = departures(vapour([[9.5, 2, 0], [9.5, 3, 0]], 7), period=(10.0, 0.0, 0.0))
+    assert [site for *_, site in step(dy=1.0)] == [0]

@@ -26,7 +26,7 @@ def test_it_boils_at_sites_of_their_own(boil):
     sites = next(pa for pa in boil.particles if pa.name == "sites")
     assert len(np.unique(sites.activation)) == 4 and sites.activation.min() > 0.0
     assert len(boil.departures) >= 8 and len(boil.vents) >= 8
-    assert np.all(np.diff([t for t, _ in boil.departures]) < 0.5)
+    assert np.all(np.diff([t for t, *_ in boil.departures]) < 0.5)
     vapour, spray = np.array(boil.measured()).T
     assert vapour.max() >= 40 and np.count_nonzero(spray) >= 3 and spray.max() <= 30
 

@@ -84,7 +84,7 @@ def steady(median):
     from pysph_boiling.examples.steady_boiling import SteadyBoiling
 
     class Ran(SteadyBoiling):
-        departures = [(0.1, median)] * 7
+        departures = [(0.1, median, 0)] * 7
 
     application = Ran()
     application.resolve(["--flat"])

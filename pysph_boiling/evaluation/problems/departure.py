@@ -28,10 +28,11 @@ class Departure(Problem):
     def run(self):
         scene, stepper = from_scene(
             SteadyBoiling, dim=2, spacing=0.002, width=24, fill=20, sites=1, heated=0.6, time_scaling=1000.0,
+            pattern="regular", smallest_cavity=0.0,
             effects=dict(adhesion=SiteAdhesion(strength=self.adhesion)))
         while len(scene.departures) < self.departures and stepper.solver.count < self.longest:
             stepper.step(50)
-        sizes = [n for _, n in scene.departures[:self.departures]]
+        sizes = [n for _, n, _ in scene.departures[:self.departures]]
         return Outcome(errors={}, seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count,
                        particles=len(scene.scheme.arrays[0].m),
                        facts={"sizes": sizes,
