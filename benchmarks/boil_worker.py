@@ -28,6 +28,16 @@ class Boil(SteadyBoiling):
 
     hdx = state = answers = None
 
+    def consume_user_options(self):
+        """Sites are alike and in rows, as they are in every version."""
+        super().consume_user_options()
+        known = {field.name for field in dataclasses.fields(self.Parameters)}
+        alike = dict(pattern="regular", smallest_cavity=0.0)
+        if getattr(self.options, "scene.sites") is None:
+            alike["sites"] = 9
+        self.parameters = dataclasses.replace(
+            self.parameters, **{name: value for name, value in alike.items() if name in known})
+
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.hdx = self.hdx

@@ -18,6 +18,7 @@ from pysph_boiling.runs.jobs import Job, run_job
 
 ROOT = Path(__file__).parents[1]
 SIZES = {"20k": ("28", "26"), "200k": ("60", "56"), "2M": ("130", "120")}  # width and fill in spacings, in 3-D
+ALIKE = "--pattern", "regular", "--smallest-cavity", "0", "--sites", "9"
 
 
 def cards():
@@ -33,7 +34,7 @@ def timed(size, steps, backend, precision):
     width, fill = SIZES[size]
     with tempfile.TemporaryDirectory() as folder:
         run_job(Job(name=f"{size} particles", command=(
-            sys.executable, "-m", "pysph_boiling", "run", "steady_boiling", "--width", width, "--fill", fill,
+            sys.executable, "-m", "pysph_boiling", "run", "steady_boiling", "--width", width, "--fill", fill, *ALIKE,
             "--max-steps", str(steps), "--results-every", str(steps), "--no-pictures", "-d", folder, f"--{backend}",
             *precision))).result()
         record = json.loads((Path(folder) / "run.json").read_text())

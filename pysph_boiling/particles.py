@@ -30,7 +30,7 @@ __all__ = [
     "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
 ]
 
-SITES_APART = 0.6  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
+SITES_APART = 0.7  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
 
 

@@ -4,6 +4,8 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
+from pysph_boiling.equations.helpers import boiling_uniform
+
 __all__ = ["NucleationActivation", "NucleationDormancy", "NucleationSiteAttraction", "NucleationSiteCondition"]
 
 
@@ -32,47 +34,67 @@ class NucleationSiteCondition(Equation):
 
 
 class NucleationActivation(Equation):
-    r"""Wakes a dormant site when liquid at it is hot enough, and puts it to sleep when its bubble has departed.
+    r"""Wakes a dormant site when the liquid over it is hot enough, and puts it to sleep when its bubble has departed.
 
-    A site is dormant (``awake`` is 0) until superheated liquid within ``radius`` has reached its activation superheat:
+    A site is dormant (``awake`` is 0) until superheated liquid over it has reached its activation superheat:
 
-    .. math::  T \ge T_{sat} + \Delta T_a
+    .. math::  T \ge T_{sat} + \Delta T_a \left(1 + \xi (1/\epsilon - 1)\right)
 
-    Then it is active (1). It has a bubble (2) while there is vapour between ``radius`` and ``reach``. When none is left
-    there, the bubble has departed; what vapour is left within ``radius`` is the embryo in the cavity, and the site is
-    dormant again. An active site without a bubble is also dormant again when all liquid within ``radius`` has cooled
-    below saturation.
+    Here xi is a random number from 0 to 1, drawn anew for each bubble: the embryo that a bubble leaves has a radius
+    between that of the mouth of the cavity and epsilon times that. The liquid is that between ``radius`` and ``reach``
+    from the site, within 45 degrees of the vertical.
+
+    Then the site is awake, and ``awake`` is 1 plus the largest number of vapour particles that have been within
+    ``reach`` since. Its bubble has departed when there is no vapour between ``radius`` and ``reach``, and at most half
+    of that number within ``radius``. What is left there is the embryo, and the site is dormant again. It is also
+    dormant again when all that is within ``radius`` has cooled below saturation.
 
     Source: Griffith & Wallis 1960 and Hsu 1962: a cavity is active, and its waiting time ends, when the liquid at the
-    embryo is hot enough. The states are ours.
+    tip of the embryo is hot enough. The states and the random numbers are ours.
 
     Parameters
     ----------
-    radius : float   Radius of a site [m], > 0.
+    radius : float   Radius of a site [m], > 0; an embryo is as high as this.
     reach : float    Distance up to which vapour is a bubble of the site [m], > radius.
+    embryo : float   epsilon [-], > 0 and <= 1; at 1 a site always needs the same superheat.
+    seed : int       Seed of the random numbers.
     T_sat : float    Saturation temperature [K].
+    ux, uy, uz : float   Unit vector that points upwards [-].
 
-    Reads    d_activation (dT_a) [K], s_phase, s_T [K], positions.   Writes   d_awake, own index only.
-    Needs    PhaseEdges in an earlier group.   Errors   ValueError if radius <= 0 or reach <= radius.
+    Reads    d_activation (dT_a) [K], s_phase, s_T [K], positions.   Writes   d_awake, d_drawn, own index only.
+    Needs    PhaseEdges in an earlier group.
+    Errors   ValueError if radius <= 0, reach <= radius, embryo <= 0 or embryo > 1.
     """
 
-    def __init__(self, dest, sources, radius, reach, T_sat):
+    def __init__(self, dest, sources, radius, reach, embryo, seed, T_sat, ux, uy, uz):
         if not 0.0 < radius < reach:
             raise ValueError(f"radius and reach of a site must be 0 < radius < reach, got {radius} m and {reach} m")
+        if not 0.0 < embryo <= 1.0:
+            raise ValueError(f"embryo must be > 0 and <= 1, got {embryo}")
         self.radius2 = float(radius) * float(radius)
         self.reach2 = float(reach) * float(reach)
+        self.spread = 1.0 / float(embryo) - 1.0
+        self.seed = int(seed)
         self.T_sat = float(T_sat)
+        self.ux, self.uy, self.uz = float(ux), float(uy), float(uz)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_activation, d_awake, d_x, d_y, d_z, s_phase, s_T, s_x, s_y, s_z, NBRS, N_NBRS):
+    def _get_helpers_(self):
+        return [boiling_uniform]
+
+    def loop_all(self, d_idx, d_activation, d_awake, d_drawn, d_x, d_y, d_z, s_phase, s_T, s_x, s_y, s_z, NBRS, N_NBRS):
         i = declare('int')
         s_idx = declare('long')
         hot = declare('int')
-        bubble = declare('int')
+        vapour = declare('int')
+        beyond = declare('int')
         boils = declare('int')
         hot = 0
-        bubble = 0
+        vapour = 0
+        beyond = 0
         boils = 0
+        needed = 0.5 + 0.5*boiling_uniform(d_drawn[d_idx], self.seed)
+        needed = self.T_sat + d_activation[d_idx]*(1.0 + self.spread*needed)
         for i in range(N_NBRS):
             s_idx = NBRS[i]
             rx = d_x[d_idx] - s_x[s_idx]
@@ -82,21 +104,32 @@ class NucleationActivation(Equation):
             if r2 < self.radius2:
                 if s_phase[s_idx] != 0:
                     boils = 1
-                if s_phase[s_idx] == 2:
-                    if s_T[s_idx] >= self.T_sat + d_activation[d_idx]:
-                        hot = 1
+                if s_phase[s_idx] == 3:
+                    vapour += 1
             elif r2 < self.reach2:
                 if s_phase[s_idx] == 3:
-                    bubble = 1
+                    vapour += 1
+                    beyond = 1
+                if s_phase[s_idx] == 2:
+                    if s_T[s_idx] >= needed:
+                        up = -(rx*self.ux + ry*self.uy + rz*self.uz)
+                        if up > 0.0:
+                            if 2.0*up*up >= r2:
+                                hot = 1
         if d_awake[d_idx] == 0:
             if hot == 1:
-                d_awake[d_idx] = 1
-        elif bubble == 1:
-            d_awake[d_idx] = 2
-        elif d_awake[d_idx] == 2:
-            d_awake[d_idx] = 0
-        elif boils == 0:
-            d_awake[d_idx] = 0
+                d_awake[d_idx] = 1 + vapour
+        else:
+            if d_awake[d_idx] <= vapour:
+                d_awake[d_idx] = 1 + vapour
+            if boils == 0:
+                d_awake[d_idx] = 0
+            elif d_awake[d_idx] > 1:
+                if beyond == 0:
+                    if 2*vapour < d_awake[d_idx]:
+                        d_awake[d_idx] = 0
+            if d_awake[d_idx] == 0:
+                d_drawn[d_idx] += 1
 
 
 class NucleationDormancy(Equation):

@@ -33,9 +33,10 @@ class RollingBoilParameters(SteadyBoilingParameters):
     fill: int = param(24, "-", "height of the water, in spacings", low=6)
     headroom: float = param(0.6, "-", "height of the pot above the water, in heights of the water", above=0.0)
     sites: int = param(48, "-", "preset nucleation sites on the heated base", low=1)
-    pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
     smallest_cavity: float = param(1e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
+    embryo: float = param(1.0, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
+                          above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.95, "-", "heated fraction of the base's diameter", above=0.0, high=1.0)
     superheat: float = param(200.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
@@ -46,6 +47,7 @@ class RollingBoil(SteadyBoiling):
 
     Parameters = RollingBoilParameters
     title = "rolling boil"
+    ADHESION = {2: None, 3: None}
     variants = {
         "demo": dict(width=28, fill=14, sites=20, duration=1.5),
         "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=8, time_scaling=1000.0, duration=2.0),

@@ -1,10 +1,11 @@
 """Steady boiling: in a vessel on a hot base, vapour bubbles grow at preset sites, depart, rise and burst.
 
-With ``--smallest-cavity 1e-6`` each site has a cavity radius of its own, and acts when the liquid at it is hot enough;
-``--pattern random`` puts them at random places. ``--fine`` has 163,072 particles of 2 mm, and 30 such sites.
+The sites lie at random places. Each has a cavity of its own, and wakes when the liquid over it is hot enough.
+``--pattern regular --smallest-cavity 0`` gives sites in rows that are alike and always active. ``--fine`` has 163,072
+particles of 2 mm.
 
 Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), phases (section 3.3.2), preset sites
-            (3.2.1) that may wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
+            (3.2.1) that wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
             18-19), detachment (4.2.1); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
 Run time    about 11 minutes on two cores (3-D, 20,384 particles), 2 to 3 minutes with ``--demo``; the first run also
@@ -53,10 +54,12 @@ class SteadyBoilingParameters(SceneParameters):
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
     width: int = param(28, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
-    sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
-    pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
-    smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+    sites: int = param(20, "-", "preset nucleation sites on the heated base", low=1)
+    pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
+    smallest_cavity: float = param(4e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
+    embryo: float = param(0.15, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
+                          above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
     time_scaling: float = param(800.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
@@ -71,11 +74,14 @@ class SteadyBoiling(SceneApplication):
     Parameters = SteadyBoilingParameters
     title = "steady boiling"
     variants = {
-        "demo": dict(width=20, fill=18, sites=4, heated=0.7, duration=2.5, frame=0.05),
-        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=5, heated=0.7, time_scaling=1000.0, duration=3.0),
-        "fine": dict(spacing=0.002, width=56, fill=52, sites=30, pattern="random", smallest_cavity=1e-6,
-                     time_scaling=400.0),
+        "demo": dict(width=20, fill=18, sites=9, heated=0.7, duration=2.5, frame=0.05),
+        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=6, heated=0.7, time_scaling=1000.0, duration=3.0),
+        "fine": dict(spacing=0.002, width=56, fill=52, sites=30, time_scaling=400.0),
     }
+
+    # Adhesion of sites with cavities of their own, in units of gravity. It is less than the cohesion of 5 g, so that a
+    # bubble leaves whole, while it is small, and the departures of a site depend on its neighbours.
+    ADHESION = {2: 4.0, 3: 3.0}
 
     def box(self, p):
         """Inner corners of the vessel [m]; its top, half a filling above the water, is the lid."""
@@ -83,7 +89,7 @@ class SteadyBoiling(SceneApplication):
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
-        material = WATER_1ATM
+        material, own_cavities = WATER_1ATM, p.smallest_cavity > 0.0
         return BoilingScheme(
             ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, sites=["sites"], material=material,
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
@@ -93,13 +99,13 @@ class SteadyBoiling(SceneApplication):
             heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
             phases=PhaseChange(),
-            preset_nucleation=PresetNucleation(activation=p.smallest_cavity > 0.0),
+            preset_nucleation=PresetNucleation(activation=own_cavities, embryo=p.embryo, seed=p.seed),
             bubbles=BubbleLabels(),
             condensation=Condensation(),
             pooling=LatentPooling(),
             buoyancy=Buoyancy(),
             cohesion=Cohesion(),
-            adhesion=SiteAdhesion(),
+            adhesion=SiteAdhesion(strength=self.ADHESION[p.dim] if own_cavities else None),
             drag=Drag(),
             venting=Venting(mode="lid", T_feed=material.T_sat - p.subcooling))
 
@@ -157,7 +163,7 @@ class SteadyBoiling(SceneApplication):
     def check_final(self):
         self.check_needs("preset_nucleation", "bubbles", "venting")
         results, last = self.ledger.table(), self.ledger.rows[-1]
-        departed = [n for _, n in self.departures]
+        departed = [n for _, n, _ in self.departures]
         require(departed, "no bubble left the base")
         median = float(np.median(departed))
         dim, across = self.parameters.dim, 0.5 * self.parameters.width

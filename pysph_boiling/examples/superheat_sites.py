@@ -16,8 +16,15 @@ from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 
 @dataclass(frozen=True, kw_only=True)
 class SuperheatSitesParameters(SteadyBoilingParameters):
-    """The parameters of steady boiling, of which ``sites`` matters most here, and those of dynamic nucleation."""
+    """The parameters of steady boiling, of which ``sites`` matters most here, and those of dynamic nucleation.
 
+    The sites are alike and always active, as those of the paper: only their number is to make a difference.
+    """
+
+    sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
+    pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
+    smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+                                   "at saturation", low=0.0)
     superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0,
                                    sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0,
@@ -31,6 +38,8 @@ class SuperheatSites(SteadyBoiling):
 
     Parameters = SuperheatSitesParameters
     title = "superheat and sites"
+    variants = {"demo": {**SteadyBoiling.variants["demo"], "sites": 4},
+                "flat": {**SteadyBoiling.variants["flat"], "sites": 5}}
 
     def make_scheme(self, p):
         scheme = super().make_scheme(p)

@@ -19,8 +19,8 @@ from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.reductions import GENERAL, CompiledReductions
 
-SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration", "0.3",
-         "--frame", "0.05", "--no-pictures", "--openmp"]
+SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--pattern", "regular", "--smallest-cavity", "0",
+         "--subcooling", "0.1", "--duration", "0.3", "--frame", "0.05", "--no-pictures", "--openmp"]
 STEP = 150  # in which the number goes bad
 
 

@@ -9,8 +9,9 @@ from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.files import output_files, read_output
 from pysph_boiling.schemes.solver import StagedSolver
 
-POOL = ["--flat", "--width", "24", "--fill", "16", "--sites", "5", "--subcooling", "0.1", "--duration", "0.3",
-        "--frame", "0.1", "--openmp", "--no-pictures", "--detailed-output"]
+POOL = ["--flat", "--width", "24", "--fill", "16", "--sites", "5", "--pattern", "regular",
+        "--smallest-cavity", "0", "--subcooling", "0.1", "--duration", "0.3", "--frame", "0.1",
+        "--openmp", "--no-pictures", "--detailed-output"]
 
 
 def shuffle(solver):

@@ -10,8 +10,9 @@ from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.runs.pysph_options import SEARCHES
 
 DAM = (DamBreak, ["--quick", "--tf", "0.1"], (7, 12, 20))  # 30 steps, an output every 6
-POOL = (SteadyBoiling, ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--subcooling", "0.1", "--duration",
-                        "0.3", "--frame", "0.1"], (30, 41))
+POOL = (SteadyBoiling, ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--pattern", "regular",
+                        "--smallest-cavity", "0", "--subcooling", "0.1", "--duration", "0.3", "--frame", "0.1"],
+        (30, 41))
 OPTIONS = {
     "plain": [], "lists kept": ["--density.skin", "0.2"], "reference": ["--quality", "reference"],
     "draft": ["--quality", "draft"], "sorted": ["--reorder-freq", "4"], "sorted seldom": ["--reorder-freq", "5"],

@@ -13,7 +13,8 @@ from pysph.solver.tools import Tool
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.particles import NO_BUBBLE
 
-SMALL = ["--flat", "--width", "30", "--fill", "16", "--sites", "3", "--duration", "2.5", "--seed", "3"]
+SMALL = ["--flat", "--width", "30", "--fill", "16", "--sites", "3", "--pattern", "regular", "--smallest-cavity",
+         "0", "--duration", "2.5", "--seed", "3"]
 
 
 class Merges(Tool):

@@ -16,7 +16,8 @@ def runs(tmp_path_factory):
         if mode not in made:
             app = SteadyBoiling(output_dir=str(tmp_path_factory.mktemp(mode)))
             app.check_final = lambda: None  # asks for the sizes at which bubbles depart in the mode "dynamic"
-            app.run(["--flat", "--mode", mode, "--duration", "10", "--frame", "1", "--no-pictures", "--openmp"])
+            app.run(["--flat", "--sites", "5", "--pattern", "regular", "--smallest-cavity", "0", "--mode", mode,
+                     "--duration", "10", "--frame", "1", "--no-pictures", "--openmp"])
             made[mode] = app.ledger.table(), app.scheme.scene()
         return made[mode]
 

@@ -225,7 +225,8 @@ def test_long_runs_agree_in_statistics(tmp_path):
     for ranks, rows in found.items():
         for seed in (1, 2, 3):
             folder = tmp_path / f"{ranks}_{seed}"
-            done = start(ranks, folder, "--flat", "--duration", "2.5", "--seed", str(seed),
+            done = start(ranks, folder, "--flat", "--sites", "5", "--pattern", "regular", "--smallest-cavity", "0",
+                         "--duration", "2.5", "--seed", str(seed),
                          program=("-m", "pysph_boiling", "run", "steady_boiling"))
             assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
             table = load_results(folder)

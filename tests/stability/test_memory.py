@@ -9,8 +9,9 @@ from pysph.solver.tools import Tool
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 
 STEPS = 10_000
-SCENE = ["--flat", "--width", "24", "--fill", "14", "--sites", "2", "--seed", "1", "--loss", "--condensation",
-         "--refill", "--subcooling", "2", "--loss.coefficient", "120", "--results-every", "100", "--frame", "0.5",
+SCENE = ["--flat", "--width", "24", "--fill", "14", "--sites", "2", "--pattern", "regular",
+         "--smallest-cavity", "0", "--seed", "1", "--loss", "--condensation", "--refill",
+         "--subcooling", "2", "--loss.coefficient", "120", "--results-every", "100", "--frame", "0.5",
          "--no-pictures", "--openmp"]
 PAGE = os.sysconf("SC_PAGE_SIZE")
 

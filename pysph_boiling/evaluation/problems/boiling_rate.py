@@ -40,7 +40,7 @@ class BoilingRate(Problem):
         scene, stepper = from_scene(
             SteadyBoiling, ledger=True, dim=2, duration=self.duration, seed=self.seed, spacing=self.spacing,
             width=self.width, fill=self.fill, sites=self.sites, heated=self.heated, subcooling=self.subcooling,
-            time_scaling=self.time_scaling, superheat=self.superheat)
+            time_scaling=self.time_scaling, superheat=self.superheat, pattern="regular", smallest_cavity=0.0)
         steps = round(self.duration / stepper.dt)
         stepper.step(steps)
         table, scheme = scene.ledger.table(), scene.scheme

@@ -5,6 +5,7 @@ import numpy as np
 
 from pysph_boiling.evaluation.reproduce.figure import Figure, figures
 from pysph_boiling.evaluation.reproduce.runs import Run
+from pysph_boiling.evaluation.reproduce.steady import ALIKE
 from pysph_boiling.report.page import VERDICTS, counts, label, sentence
 from pysph_boiling.report.pictures import plot
 from pysph_boiling.report.sections import Picture, Section, Statement, Table, write_csv
@@ -39,7 +40,8 @@ PAPER = {
                              "conservation.", ("one bubble becomes several", "breakup keeps")),
 }
 TIMED = {  # scene -> options of a timed run: long enough for vapour to be there
-    "steady_boiling": ("--max-steps", "720"), "cooling": ("--max-steps", "720", "--heater-until", "0.6"),
+    "steady_boiling": ("--max-steps", "720", *ALIKE, "--sites", "9"),
+    "cooling": ("--max-steps", "720", "--heater-until", "0.6"),
     "explosive_boiling": ("--max-steps", "150"), "bubble_rise": ("--max-steps", "150"),
     "bubble_merge": ("--max-steps", "150"), "bubble_split": ("--max-steps", "150"),
 }

@@ -10,11 +10,13 @@ from pysph_boiling.phases import Phase
 from pysph_boiling.report.pictures import band, movie, plot, rendered, sheet
 from pysph_boiling.report.sections import Picture, Table, bound, judged, spread, write_csv
 
-__all__ = ["BubbleRadius", "Cooling", "SteadyBoiling", "phases_of_growth", "surface", "surface_history", "variation"]
+__all__ = ["ALIKE", "BubbleRadius", "Cooling", "SteadyBoiling", "phases_of_growth", "surface", "surface_history",
+           "variation"]
 
 STEADY = 0.25  # largest standard deviation of the vapour production over equal windows, in units of its mean
 MADE = 1e-4, 0.2  # range of the fraction of all particles vaporised in a window; at 0.2 the pool lasts five windows
 SPRAY = 3
+ALIKE = "--pattern", "regular", "--smallest-cavity", "0"  # the sites of steady_boiling
 CALM = 0.2  # largest surface speed at the end, in units of its peak
 STILL = 1e-4  # smallest surface speed at the end: waves decay slowly, so a surface at rest would be an artefact
 PEAK = 1.10  # smallest ratio of the early peak of the mean radius to its level at the end
@@ -22,10 +24,10 @@ PLATEAU = 0.10  # largest change of the mean radius within the last third, in un
 
 
 def steady_run(seed, quick):
-    """A run of steady boiling."""
+    """A run of steady boiling with sites that are alike, in rows, as those of the paper."""
     options = ("--flat", "--width", "30", "--fill", "14", "--sites", "3", "--duration", "1.0", "--frame", "0.1",
-               "--results-every", "4") if quick else ("--frame", "0.05" if seed == 1 else "0.25")
-    return Run(f"steady_seed{seed}", "steady_boiling", ("--seed", str(seed), *options))
+               "--results-every", "4") if quick else ("--sites", "9", "--frame", "0.05" if seed == 1 else "0.25")
+    return Run(f"steady_seed{seed}", "steady_boiling", ("--seed", str(seed), *ALIKE, *options))
 
 
 def cooling_run(seed, quick):
@@ -129,7 +131,7 @@ class SteadyBoiling(Figure):
         seconds = (end - begin) / windows
         made, deviations = zip(*(variation(one.table, "produced", begin, end, windows) for one in group))
         popped = [variation(one.table, "n_bubbles_vented", begin, end, windows) for one in group]
-        left_base = [[n for t, n in one.result.record["departures"] if t >= begin] for one in group]
+        left_base = [[n for t, n, *_ in one.result.record["departures"] if t >= begin] for one in group]
         cycles = [(end - begin) * one.result.record["parameters"]["sites"]["value"] / max(1, len(sizes))
                   for one, sizes in zip(group, left_base)]
         # bubbles of fewer than SPRAY particles count as spray

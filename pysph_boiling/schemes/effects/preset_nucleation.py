@@ -15,16 +15,19 @@ from pysph_boiling.schemes.stages import Term
 
 __all__ = ["PresetNucleation"]
 
+DRAWS = 1 << 16  # random numbers of a site before it uses those of the next
+
 
 @dataclass(frozen=True, kw_only=True)
 class PresetNucleation(Effect):
     """Preset nucleation sites: the kinetic condition near them, and their attraction of liquid.
 
-    With ``activation`` each site has an activation superheat (``site_array(activation=...)``). It is dormant until a
-    particle of liquid at it is that much above saturation, and again when its bubble has departed. The criterion of Hsu
-    1962 is about the liquid at the tip of an embryo, which is far smaller than a particle, so each particle is compared
-    and not the mean over the radius of a site, which would count a second, colder layer. A bubble leaves some vapour at
-    its site; it is the embryo in the cavity, and does not grow as long as the site is dormant.
+    With ``activation`` each site has an activation superheat (``site_array(activation=...)``). It is dormant until
+    liquid over it is that much above saturation, and again when its bubble has departed. A bubble leaves some vapour at
+    its site, which fills its radius; it is the embryo in the cavity, and does not grow as long as the site is dormant.
+    The criterion of Hsu 1962 is about the liquid at the tip of the embryo, so only liquid above that radius is
+    compared. Hence the waiting time: the liquid at the base is hot again after some hundredths of a second, the liquid
+    two spacings above it after a tenth of a second (steady_boiling).
     """
 
     slot: ClassVar[str] = "preset_nucleation"
@@ -38,6 +41,10 @@ class PresetNucleation(Effect):
     activation: bool = param(False, "-", "sites are dormant until liquid at them reaches their activation superheat")
     dormant_radius: float = param(2.4, "-", "radius within which no liquid enters the transition at a dormant site, in "
                                   "spacings; larger than radius", above=0.0)
+    embryo: float = param(1.0, "-", "smallest radius of the embryo that a bubble leaves, in radii of the cavity: the "
+                          "superheat that the next bubble needs is drawn between the activation superheat and that "
+                          "over this number", above=0.0, high=1.0)
+    seed: int = param(0, "-", "seed of these numbers", low=0)
 
     # Distance between sites, in spacings, from which bubbles depart, measured with steady_boiling and its adhesion: no
     # bubbles in 3 s at 2.33 and 2.62 (2-D, two starts each) and in 2.5 s at 2.33 (3-D); 3 and 4 bubbles at 3.0 (2-D),
@@ -92,9 +99,14 @@ class PresetNucleation(Effect):
 
     def site_properties(self, scene):
         superheat = Property("activation", "K", "activation superheat of the site", state=True)
-        state = Property("awake", "-", "0 while the site is dormant, 1 while active, 2 while it has a bubble", "int",
-                         True)
-        return (superheat, state) if self.activation else (superheat,)
+        state = Property("awake", "-", "0 while the site is dormant; else 1 plus the most vapour particles at it since "
+                         "it woke", "int", True)
+        drawn = Property("drawn", "-", "counter of the random numbers of the site", "int", True)
+        return (superheat, state, drawn) if self.activation else (superheat,)
+
+    def prepare(self, scene, arrays):
+        for name in scene.sites if self.activation else ():
+            arrays[name].drawn[:] = DRAWS * np.arange(len(arrays[name].drawn))
 
     def tools(self, scheme):
         from pysph_boiling.schemes.bubbles import Departures
@@ -110,10 +122,12 @@ class PresetNucleation(Effect):
                 reach = self.dormant_radius * scene.spacing
                 yield Term("phases.dormant", preset_nucleation.NucleationDormancy(
                     fluid, list(scene.sites), reach=reach))
+                up = dict(zip(("ux", "uy", "uz"), scene.up))
                 for site in scene.sites if fluid == scene.fluids[0] else ():
                     yield Term("phases.activate", preset_nucleation.NucleationActivation(
                         site, list(scene.fluids), radius=self.radius * scene.spacing, reach=reach,
-                        T_sat=scene.material.T_sat))
+                        embryo=self.embryo,
+                        seed=self.seed, T_sat=scene.material.T_sat, **up))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
