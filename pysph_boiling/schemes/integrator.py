@@ -20,7 +20,7 @@ from pysph_boiling.schemes.reductions import GENERAL
 
 __all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
 
-SETTLED = 0.01  # largest density error [-] of the initial state at which settling ends
+SETTLED = 0.003  # largest density error [-] of the initial state at which settling ends
 LISTED = tuple((axis, f"listed_{axis}") for axis in "xyz")  # positions, and those at the last search
 MAX_SUBSTEPS = 1000  # largest number of parts of a step; more means that particles fly apart
 MAX_SUBCYCLES = 100_000  # largest number of heat steps in a step; more means that the enthalpy diverges
@@ -43,7 +43,7 @@ class PBFStep(IntegratorStep):
     The multipliers of the step give those with which the next one begins, ``lmbda_start``. They are per dt^2, so that
     the length of the next step does not matter. With Lambda the sum of the multipliers of a step, and ' for the step
     before it, they are min(0, w (L + t (L - L'))), L = Lambda/dt^2, for ``warm_start`` = (w, t, 1). With a third number
-    of 0, in a short step, they stay as they were: its multipliers can be those of a blow, not of a lasting pressure.
+    of 0, in a short step, they stay as they were: these multipliers can be those of a blow, not of a lasting pressure.
 
     Reads    d_au .. d_aw [m/s^2], d_impulse (Lambda) [kg m^2], constant ``warm_start`` [-].
     Writes   d_u .. d_w [m/s], d_x .. d_z, d_sx .. d_sz [m], d_impulse [kg m^2] (of the multipliers that are in the

@@ -90,9 +90,9 @@ def test_short_steps_gain_no_energy(share):
     assert 2 <= min(sweeps) and max(sweeps) <= 10
 
 
-@pytest.mark.parametrize("share, most", [(0.0165, 1e-4), (0.0175, 8e-3)])
+@pytest.mark.parametrize("share, most", [(0.0165, 1e-4), (0.0175, 2e-3)])
 def test_a_long_shallow_dam_gains_little_on_both_sides_of_the_shortest_step(share, most):
-    """3-D, ten layers: most of its error is that of the start. Seen before: .7 % of m g H in steps of .0165 t*."""
+    """3-D, ten layers: most of its error is that of the start. Seen before: 1 % of m g H in steps of .0175 t*."""
     size, water = (80.0, 6.0, 20.0), (40.0, 6.0, 10.0)
     setup = vessel(3, size, block(3, (0.0,) * 3, water), MOTION, closed=True)
     stepper = Stepper(setup.scheme, setup.arrays, dt=share * setup.scheme.scene().fall_time)
@@ -106,7 +106,7 @@ def test_a_long_shallow_dam_gains_little_on_both_sides_of_the_shortest_step(shar
     for _ in range(8):
         stepper.step()
         rise.append((energy() - first) / scale)
-    assert -0.01 < max(rise) < most, rise  # measured -1e-5 and 5.7e-3
+    assert -0.01 < max(rise) < most, rise  # measured -1e-5 and 9e-4
     assert fastest(stepper) > 0.5 * 9.81 * 8 * stepper.dt, "it falls"
 
 
@@ -272,13 +272,16 @@ def test_what_a_run_warns_of_is_told_once_and_plainly(tmp_path, capfd, monkeypat
 
 @host_only
 def test_lists_with_a_skin_are_kept_and_change_nothing():
-    """Until round-off has grown: the same neighbours count, whatever the list holds beside them."""
-    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=4, max_sweeps=4, settle=0)
+    """Until it has grown: a list without a skin lacks what comes into reach by the sweeps of its step."""
+    fresh, kept = (tank(dt_factor=0.02, jitter=0.01, skin=skin, min_sweeps=4, max_sweeps=4)
                    for skin in (0.0, 0.3))
+    fresh.settle()
+    kept.settle()
+    before = fresh.solver.integrator.searches, kept.solver.integrator.searches
     start = fresh.arrays["fluid"].x.copy(), fresh.arrays["fluid"].y.copy()
     fresh.step(60)
     kept.step(60)
-    searches = fresh.solver.integrator.searches, kept.solver.integrator.searches
+    searches = [one.solver.integrator.searches - count for one, count in zip((fresh, kept), before)]
     assert searches[0] == 60 and 2 <= searches[1] <= 40, searches  # some are kept, and some made anew
     moved = np.hypot(fresh.arrays["fluid"].x - start[0], fresh.arrays["fluid"].y - start[1]).max()
     assert moved > 0.5 * DX

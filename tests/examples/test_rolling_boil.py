@@ -28,7 +28,7 @@ def test_it_boils_at_sites_of_their_own(boil):
     assert len(boil.departures) >= 8 and len(boil.vents) >= 8
     assert np.all(np.diff([t for t, *_ in boil.departures]) < 0.5)
     vapour, spray = np.array(boil.measured()).T
-    assert vapour.max() >= 40 and np.count_nonzero(spray) >= 3 and spray.max() <= 30
+    assert vapour.max() >= 40 and np.count_nonzero(spray) >= 3 and spray.max() <= 0.1 * len(boil.particles[0].x)
 
 
 def test_energy_and_mass_close(boil):
