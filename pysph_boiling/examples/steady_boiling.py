@@ -54,9 +54,9 @@ class SteadyBoilingParameters(SceneParameters):
     spacing: float = param(0.004, "m", "particle spacing", above=0.0)
     width: int = param(28, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
-    sites: int = param(20, "-", "preset nucleation sites on the heated base", low=1)
+    sites: int = param(24, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
-    smallest_cavity: float = param(4e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+    smallest_cavity: float = param(6e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
     embryo: float = param(0.15, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
