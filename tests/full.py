@@ -15,6 +15,7 @@ from pysph_boiling.schemes.effects import (
     LatentPooling,
     Oscillation,
     Refill,
+    WallMultipliers,
     XSPHViscosity,
 )
 from pysph_boiling.schemes.solver import strip_unused_declarations
@@ -25,7 +26,8 @@ DX = 0.01
 FULL = {**sets.BOIL, "viscosity": XSPHViscosity(wall=1.0), "loss": AmbientLoss(), "source": HeatSource(density=1e6),
         "dynamic_nucleation": DynamicNucleation(superheat_limit=50.0), "pooling": LatentPooling(),
         "convection": Convection(form="gradient"), "expansion": Expansion(), "oscillation": Oscillation(),
-        "refill": Refill()}  # all but storage in sites, whose liquid stores no latent heat of its own
+        "refill": Refill(), "wall_multipliers": WallMultipliers()}
+# all but storage in sites, whose liquid stores no latent heat of its own
 CLASSES = [cls for slot in BoilingScheme.slots for cls in EFFECTS[slot]]
 
 

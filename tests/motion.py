@@ -19,6 +19,12 @@ from pysph_boiling.equations.density_constraint import (
     PBFPositionCorrectionSwollen,
     PBFPressure,
 )
+from pysph_boiling.equations.wall_multipliers import (
+    PBFWallCorrection,
+    PBFWallMultiplier,
+    PBFWallStart,
+    PBFWallWarmStart,
+)
 from pysph_boiling.equations.warm_start import PBFWarmStartSwollen
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
@@ -72,6 +78,8 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     motion.setup_properties([fluid, wall])
     for name in ("swell", "qx", "qy", "qz", "q_lmbda", "pressure"):
         fluid.add_property(name)
+    for name in ("wall_lmbda", "wall_start", "wall_weight"):
+        wall.add_property(name)
     fluid.add_constant("sweep_weight", [1.0, np.inf, 0.0])
     by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
     container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
@@ -94,6 +102,10 @@ def compile_kernels(fluid, wall, *, dim, spacing):
         "warm_start": [by_name["PBFWarmStart"], by_name["PBFBoundaryWarmStart"]],
         "swollen_warm_start": [PBFWarmStartSwollen("fluid", ["fluid"], rho_rest=by_name["PBFDensity"].rho_rest),
                                copy(by_name["PBFBoundaryWarmStart"])],
+        "wall_multipliers": [PBFWallMultiplier("wall", ["fluid"])],
+        "wall_correction": [PBFWallCorrection("fluid", ["wall"], rho_rest=by_name["PBFDensity"].rho_rest)],
+        "wall_start": [PBFWallStart("wall", ["fluid"])],
+        "wall_warm_start": [PBFWallWarmStart("fluid", ["wall"], rho_rest=by_name["PBFDensity"].rho_rest)],
         "pressure": [PBFPressure("fluid", ["fluid"], rho0=RHO0, rho_rest=by_name["PBFDensity"].rho_rest)],
         "move": [PBFMove("fluid", None, omega=0.7, max_displacement=0.25 * spacing)],
         "move_accelerated": [PBFMoveAccelerated("fluid", None, omega=0.7, max_displacement=0.25 * spacing, radius=0.9,

@@ -76,6 +76,7 @@ nucleation = mutants("preset_nucleation", "compiled/test_phase_change.py",
 storage = mutants("site_storage", "compiled/test_site_storage.py")
 venting = mutants("venting", "compiled/test_venting.py")
 viscosity = mutants("viscosity", "compiled/test_viscosity.py")
+walls = mutants("wall_multipliers", "compiled/test_wall_multipliers.py")
 
 MUTANTS = (  # --quick takes the first of each module
     pressure("artificial pressure attracts", "d_av[d_idx] -= f * ay", "d_av[d_idx] += f * ay"),
@@ -134,6 +135,10 @@ MUTANTS = (  # --quick takes the first of each module
     density("pressure: dt, not its square", "max(dt*dt, 1e-300)", "max(dt, 1e-300)"),
     density("impulse: without the under-relaxation", "+= d_prior[1] * self.omega * d_lmbda", "+= d_prior[1] * d_lmbda"),
     density("displacement: y dropped", "d_sy[d_idx] += f * d_dpy[d_idx]", "d_sy[d_idx] += 0.0"),
+    sweeps("multipliers of walls: weight x 2", "sum->lmbda += W*at.w; sum->all += W;",
+           "sum->lmbda += W*at.w; sum->all += 2.0*W;"),
+    sweeps("walls: their multipliers dropped", "for (int k = 0; pushes && k < n_walls; k++)",
+           "for (int k = 0; pushes && k < 0; k++)"),
     sweeps("density: m of the others' gradients dropped", "f*f * out[4] / p->m", "f*f * out[4]"),
     sweeps("wall density: sign", "rho += scale * out[0]", "rho -= scale * out[0]"),
     sweeps("nothing set apart", "if (out[3] > 1.0)", "if (out[3] < 0.0)"),
@@ -248,6 +253,13 @@ MUTANTS = (  # --quick takes the first of each module
     viscosity("XSPH: sign", "d_au[d_idx] -= f * VIJ[0]", "d_au[d_idx] += f * VIJ[0]"),
     viscosity("wall friction: y dropped", "d_av[d_idx] -= f * d_v[d_idx]", "d_av[d_idx] -= 0.0"),
     viscosity("gravity x 2", "d_aw[d_idx] = self.gz", "d_aw[d_idx] = 2.0*self.gz"),
+    walls("multiplier of walls: a sum, no mean", "d_wall_lmbda[d_idx] = d_wall_lmbda[d_idx] / d_wall_weight[d_idx]",
+          "d_wall_lmbda[d_idx] = d_wall_lmbda[d_idx] / 1.0"),
+    walls("correction by walls: sign", "d_dpx[d_idx] += f * DWIJ[0]", "d_dpx[d_idx] -= f * DWIJ[0]"),
+    walls("warm start of walls: their mass dropped", "f = s_m[s_idx] * s_wall_start[s_idx] / self.rho_rest",
+          "f = s_wall_start[s_idx] / self.rho_rest"),
+    walls("warm start of walls: weight without masses", "d_wall_weight[d_idx] += s_m[s_idx] * WIJ\n\n    def post_loop("
+          "self, d_idx, d_wall_start", "d_wall_weight[d_idx] += WIJ\n\n    def post_loop(self, d_idx, d_wall_start"),
     start("warm start: the neighbour's multiplier dropped", " + d_m[d_idx]*s_lmbda_start[s_idx]) / (d_m", ") / (d_m"),
     start("warm start, walls: sign", "f = s_m[s_idx]*d_lmbda_start[d_idx] /", "f = -s_m[s_idx]*d_lmbda_start[d_idx] /"),
 )

@@ -26,6 +26,7 @@ from pysph_boiling.schemes.effects import (
     Refill,
     SiteAdhesion,
     Venting,
+    WallMultipliers,
     XSPHViscosity,
 )
 
@@ -41,7 +42,8 @@ WARM = dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0), heat=He
 
 SETS = {
     "motion": dict(container=BoxContainer(), viscosity=XSPHViscosity(wall=1.0)),  # and examples/dam_break.py
-    "pressed": dict(container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure()),
+    "pressed": dict(container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure(),
+                    wall_multipliers=WallMultipliers()),
     "cylinder": dict(container=CylinderContainer()),
     "slab": dict(density=None, heat=HeatConduction(), heater=Heater(temperature=353.15)),  # examples/heated_slab.py
     "exchange": dict(density=None, heat=HeatConduction(laplacian="paper"), heater=Heater(flux=1e4),

@@ -44,8 +44,8 @@ class PBFSweepsLean(HostSum):
 
     Source, Reads, Writes and Limits are those of :class:`PBFDensity`, :class:`PBFBoundaryDensity`, :class:`PBFLambda`,
     :class:`PBFPositionCorrection`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`,
-    :class:`BubbleCohesion`, and of the container. What those keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz,
-    d_pull_x to d_pull_z) is not written.
+    :class:`PBFWallMultiplier`, :class:`PBFWallCorrection`, :class:`BubbleCohesion`, and of the container. What those
+    keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz, d_pull_x to d_pull_z, d_wall_weight) is not written.
     """
 
 

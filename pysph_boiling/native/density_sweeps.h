@@ -1,6 +1,7 @@
 /* The density sweeps in two loops over the particles: what PBFDensity, PBFBoundaryDensity, PBFLambda and, in the second
  * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated, BubbleCohesion and the containers
- * compute, where all masses of the fluid and all smoothing lengths are equal. Formulas, sources and limits stand there.
+ * compute, where all masses of the fluid and all smoothing lengths are equal. Between the two, PBFWallMultiplier, for
+ * PBFWallCorrection in the second one. Formulas, sources and limits stand there.
  *
  * Sums over all particles are made block by block, in one order whatever the threads.
  */
@@ -106,6 +107,37 @@ static void sweep_multipliers(const SweepModel *p, const SweepFluid *fluid, cons
     }
 }
 
+typedef struct { Lanes x, y, z, lmbda, all; } MeanSums;
+
+PAIR_INLINE void add_mean(MeanSums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
+                          const PairKernel *kernel, int wendland) {
+    const LaneRecords at = lanes_records(s->records, neighbours);
+    const Lanes W = lanes_kernel(kernel, wendland, lanes_pairs(kernel, sum->x, sum->y, sum->z, at)) * counted;
+    sum->lmbda += W*at.w; sum->all += W;
+}
+
+/* The mean multiplier of the fluid near particle i of a wall, whose record is ``here``; a record's w is lmbda. */
+PAIR_INLINE double mean_multiplier(long i, const PairKernel *kernel, int wendland, const PairSource *fluid,
+                                   const double *here) {
+    const unsigned int *neighbours = fluid->begin[i];
+    const int n = fluid->count[i], last = lanes_last(n);
+    MeanSums sum = {lanes(here[0]), lanes(here[1]), lanes(here[2]), lanes(0.0), lanes(0.0)};
+    if (n == 0) return 0.0;
+    for (int k = 0; k < last; k += LANES) add_mean(&sum, fluid, neighbours + k, lanes(1.0), kernel, wendland);
+    add_mean(&sum, fluid, neighbours + last, lanes_counted(n), kernel, wendland);
+    const double all = lanes_sum(sum.all);
+    return all != 0.0 ? lanes_sum(sum.lmbda) / all : 0.0;     /* Wendland's w_scale is negative, and so are its sums */
+}
+
+/* Multipliers per mass of the n particles of a wall with these records, from their neighbours in the ``fluid``. */
+static void sweep_walls(const SweepModel *p, const PairSource *fluid, const double *records, long n, double *lmbda) {
+    const PairKernel kernel = p->kernel;
+    #pragma omp parallel for schedule(static)
+    for (long i = 0; i < n; i++)
+        lmbda[i] = (kernel.wendland ? mean_multiplier(i, &kernel, 1, fluid, records + 4*i)
+                                    : mean_multiplier(i, &kernel, 0, fluid, records + 4*i)) / p->m;
+}
+
 static double sweep_uniform(unsigned int u, unsigned int v) {   /* boiling_uniform */
     unsigned int h = u + v*40503u;
     h ^= h >> 16; h *= 569420461u; h ^= h >> 15; h *= 1935289751u; h ^= h >> 15;
@@ -184,7 +216,8 @@ static void pull(const SweepModel *p, const SweepFluid *fluid, const PairSource 
 
 /* Particles of block b: their corrections, applied. */
 PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
-                         const PairSource *walls, int n_walls, double nudge, double feels, double weight) {
+                         const PairSource *walls, const PairSource *pushes, int n_walls, double nudge, double feels,
+                         double weight) {
     const PairKernel kernel = p->kernel;
     const double slope = kernel.g_scale / p->rho_rest;
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
@@ -201,6 +234,11 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
                     sum_gradient(&walls[k], i, &kernel, wendland, 0.0, x, y, z, out);
                     d[0] += f * out[0]; d[1] += f * out[1]; d[2] += f * out[2];
                 }
+        for (int k = 0; pushes && k < n_walls; k++)
+            if (pushes[k].count[i] > 0) {
+                sum_gradient(&pushes[k], i, &kernel, wendland, 0.0, x, y, z, out);
+                d[0] += slope * out[0]; d[1] += slope * out[1]; d[2] += slope * out[2];
+            }
         double f = p->omega * weight, multiplier = f * lmbda;
         d[0] *= f; d[1] *= f; d[2] *= f;
         if (fluid->qx) {
@@ -224,12 +262,13 @@ PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepF
     }
 }
 
-/* The corrections, applied: nudge of coincident particles, what the velocity feels of them, weight of Chebyshev's. */
+/* The corrections, applied: nudge of coincident particles, what the velocity feels of them, weight of Chebyshev's.
+ * pushes: as the walls, but a record's w is mass times multiplier per mass; NULL where walls have none. */
 static void sweep_move(const SweepModel *p, const SweepFluid *fluid, const PairSource *own, const PairSource *walls,
-                       int n_walls, double nudge, double feels, double weight) {
+                       const PairSource *pushes, int n_walls, double nudge, double feels, double weight) {
     #pragma omp parallel for schedule(static)
     for (long b = 0; b < sweep_blocks(fluid->n); b++)
-        if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, n_walls, nudge, feels, weight);
-        else move_of(b, p, 0, fluid, own, walls, n_walls, nudge, feels, weight);
+        if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+        else move_of(b, p, 0, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
 }
 #endif

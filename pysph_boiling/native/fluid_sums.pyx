@@ -60,8 +60,9 @@ cdef extern from "exchange.h" nogil:
     void pair_kernel(PairKernel *, double, double, double, double, double)
     void sweep_multipliers(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double,
                            double *, double *)
-    void sweep_move(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, int, double, double,
-                    double)
+    void sweep_walls(const SweepModel *, const PairSource *, const double *, long, double *)
+    void sweep_move(const SweepModel *, const SweepFluid *, const PairSource *, const PairSource *, const PairSource *,
+                    int, double, double, double)
     void label_bubbles(long, long, const int *, const unsigned int *, const double *, const double *, const double *,
                        double, const unsigned int **, const int *, const int *, int *, unsigned int *)
     void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
@@ -167,24 +168,28 @@ cdef class FluidSums:
 
     cdef int take_up_walls(self, walls) except -1:
         """Pairs (array, lists of the fluid's neighbours there); ``take_up`` comes first."""
-        cdef PairSource *sources
+        self.kept.append(walls)
+        self.n_walls = len(walls)
+        self.walls = self.point_at_walls(self.walls, self.wall_records, walls)
+        return 0
+
+    cdef PairSource *point_at_walls(self, PairSource *sources, list kept, walls) except? NULL:
+        """``sources`` with room for the ``walls``, and new records of these in ``kept``."""
+        cdef PairSource *found = sources
         cdef Records records
         cdef long n
-        self.kept.append(walls)
-        if len(self.wall_records) < len(walls):
-            sources = <PairSource *>realloc(self.walls, len(walls)*sizeof(PairSource))
-            if sources == NULL:
+        if len(kept) < len(walls):
+            found = <PairSource *>realloc(sources, len(walls)*sizeof(PairSource))
+            if found == NULL:
                 raise MemoryError(f"no room for {len(walls)} arrays of walls")
-            self.walls = sources
-            self.wall_records = [Records() for _ in walls]
-        self.n_walls = len(walls)
+            kept[:] = [Records() for _ in walls]
         for k in range(len(walls)):
             wall, wall_lists = walls[k]
-            n, records = wall.get_number_of_particles(), self.wall_records[k]
-            self.point(&self.walls[k], wall_lists, records, n)
+            n, records = wall.get_number_of_particles(), kept[k]
+            self.point(&found[k], wall_lists, records, n)
             if n:
                 pack_records(n, data(wall, "x"), data(wall, "y"), data(wall, "z"), data(wall, "m"), records.first)
-        return 0
+        return found
 
     cdef int point(self, PairSource *s, lists, Records records, long n) except -1:
         cdef uintptr_t[::1] begin
@@ -279,13 +284,18 @@ cdef class DensitySweeps(FluidSums):
     a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2],
     radius [m] and stiffness [1/m], or none.
 
-    A sweep is ``multipliers``, then ``move``, both on the particles that ``start`` was given. What ghosts need is
-    copied to them between the two, and after the second one.
+    A sweep is ``multipliers``, ``wall_multipliers`` if walls have any, then ``move``, all on the particles that
+    ``start`` was given. What ghosts need is copied to them between these, and after the last one.
     """
     cdef SweepModel model
     cdef SweepFluid fluid
     cdef bint carries, coheres
+    cdef PairSource *pushes         # as the walls, with other records
+    cdef list push_records, extrapolated
     cdef Records partial
+
+    def __dealloc__(self):
+        free(self.pushes)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
                  bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
@@ -294,6 +304,7 @@ cdef class DensitySweeps(FluidSums):
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
         p.max_displacement = max_displacement
         p.container, self.carries, self.partial = NO_CONTAINER, carries, Records()
+        self.push_records, self.extrapolated = [], []
         if box:
             p.container = BOX
             for k in range(3):
@@ -305,10 +316,11 @@ cdef class DensitySweeps(FluidSums):
         if self.coheres:
             p.strength, p.reach, p.stiffness = cohesion
 
-    def start(self, pa, lists, walls, double dt):
+    def start(self, pa, lists, walls, double dt, extrapolated=()):
         """Take up the fluid ``pa`` where it is now, for sweeps of a step of ``dt`` [s].
 
         ``lists`` are those of its neighbours within it, ``walls`` pairs (array, lists of the fluid's neighbours there).
+        Where walls have multipliers, ``extrapolated`` are the lists of the neighbours of each in the fluid.
         """
         cdef SweepFluid *f = &self.fluid
         cdef unsigned int[::1] uid = pa.get("uid", only_real_particles=False)
@@ -334,6 +346,8 @@ cdef class DensitySweeps(FluidSums):
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")
         self.take_up_walls(walls)
+        self.extrapolated = list(extrapolated)
+        self.pushes = self.point_at_walls(self.pushes, self.push_records, walls if extrapolated else ())
         self.partial.fit(1 + f.n//SWEEP_BLOCK)
 
     def multipliers(self, double forgiven):
@@ -347,6 +361,37 @@ cdef class DensitySweeps(FluidSums):
         sweep_multipliers(&self.model, f, &self.own, self.walls, self.n_walls, forgiven, self.partial.first, found)
         return found[0], found[1], found[2]
 
+    def wall_multipliers(self, walls):
+        """The multipliers of ``walls``, the arrays that ``start`` was given."""
+        cdef PairSource near
+        cdef uintptr_t[::1] begin
+        cdef int[::1] count
+        cdef Records records
+        cdef long n
+        pack_last(self.total, self.fluid.lmbda, self.records.first)
+        near.records = self.records.first
+        for k in range(len(walls)):
+            begin, count = self.extrapolated[k][:2]
+            n, records = walls[k].get_number_of_particles(True), self.wall_records[k]
+            if count.shape[0] < n:
+                raise ValueError(f"neighbour lists of {count.shape[0]} particles for {n} particles of a wall")
+            if n:
+                near.begin, near.count = <const unsigned int **>&begin[0], &count[0]
+                sweep_walls(&self.model, &near, records.first, n, data(walls[k], "wall_lmbda"))
+
+    cdef int take_up_pushes(self) except -1:
+        """Mass times multiplier of the walls, into the records of what pushes."""
+        cdef double *psi
+        cdef double *lmbda
+        cdef double *records
+        cdef long i
+        for k in range(len(self.extrapolated)):
+            wall = self.kept[2][k][0]
+            psi, lmbda, records = data(wall, "m"), data(wall, "wall_lmbda"), (<Records>self.push_records[k]).first
+            for i in range(wall.get_number_of_particles()):
+                records[4*i + 3] = psi[i]*lmbda[i]
+        return 0
+
     def move(self, double nudge, double feels, double weight):
         """Apply the corrections.
 
@@ -354,7 +399,9 @@ cdef class DensitySweeps(FluidSums):
         ``weight`` is that of Chebyshev's iteration (1: none).
         """
         pack_last(self.total, self.fluid.lmbda, self.records.first)
-        sweep_move(&self.model, &self.fluid, &self.own, self.walls, self.n_walls, nudge, feels, weight)
+        self.take_up_pushes()
+        sweep_move(&self.model, &self.fluid, &self.own, self.walls, self.pushes if self.extrapolated else NULL,
+                   self.n_walls, nudge, feels, weight)
 
 
 # --- sums over the particles alone ------------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 """What the lean sums on the host run: arrays and neighbour lists of a step, handed to the compiled module."""
-from pysph_boiling.equations import cohesion, container, density_constraint
+from pysph_boiling.equations import cohesion, container, density_constraint, wall_multipliers
 from pysph_boiling.equations.density_constraint import book_sweep
 from pysph_boiling.equations.helpers import kernel_coefficients
 from pysph_boiling.native import fluid_sums
@@ -91,6 +91,7 @@ class Sweeps(Run):
         self.move = found[density_constraint.PBFMoveAccelerated if self.accelerated else density_constraint.PBFMove]
         walls = found.get(density_constraint.PBFBoundaryDensity)
         self.walls = walls.sources if walls else []
+        self.extrapolates = wall_multipliers.PBFWallMultiplier in found
         self.options.update(
             rho_rest=self.lmbda.rho_rest, eps=self.lmbda.eps, omega=self.move.omega, carries=self.accelerated,
             max_displacement=self.move.max_displacement, nudge=found[density_constraint.PBFPositionCorrection].nudge)
@@ -108,7 +109,8 @@ class Sweeps(Run):
     def start(self, pa, dt):
         """The sums, for the particles where they are now, in a step of ``dt`` [s]."""
         sweeps = self.native("DensitySweeps")
-        sweeps.start(pa, self.lists(pa.name, pa.name), self.wall_lists(pa), dt)
+        back = [self.lists(name, pa.name) for name in self.walls] if self.extrapolates else ()
+        sweeps.start(pa, self.lists(pa.name, pa.name), self.wall_lists(pa), dt, back)
         return sweeps
 
     def density(self, pa, dt):
@@ -124,6 +126,9 @@ class Sweeps(Run):
             last = book_sweep(pa, ranks.total(total) / n, ranks.largest(worst), ranks.total(left) / n, lmbda.tolerance,
                               lmbda.enough, lmbda.max_mean_error)
             refresh(("lmbda",))
+            if self.extrapolates:
+                sweeps.wall_multipliers(self.scheme.wall_arrays)
+                refresh(("wall_lmbda",))
             sweeps.move(pa.prior[0], pa.prior[1], pa.sweep_weight[0] if self.accelerated else 1.0)
             refresh(("x", "y", "z"))
             if self.accelerated:

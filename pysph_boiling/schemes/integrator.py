@@ -157,7 +157,7 @@ class PBFIntegrator(Integrator):
         found = {pa.name: pa for pa in nnps.particles}
         for names, arrays in self.named:
             arrays[:] = [found[name] for name in names]
-        self.ghosts.arrays = self.arrays
+        self.ghosts.arrays = [pa for _, arrays in self.named for pa in arrays if "uid" in pa.properties]
 
     def update_domain(self):
         """Make the ghosts of a periodic domain, and find the size of cells, which our search finds itself."""

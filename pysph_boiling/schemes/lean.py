@@ -27,6 +27,7 @@ from pysph_boiling.equations.lean import (
     PBFSweepsLean,
 )
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
+from pysph_boiling.equations.wall_multipliers import PBFWallCorrection, PBFWallMultiplier
 from pysph_boiling.equations.warm_start import PBFBoundaryWarmStart, PBFWarmStart
 from pysph_boiling.native import serves
 from pysph_boiling.parallel import ranks
@@ -34,9 +35,10 @@ from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
 
 __all__ = ["lean_terms", "why_general"]
 
-SWEEP_PLACES = ("density.multiplier", "density.correction", "density.pull", "density.move")
+SWEEP_PLACES = ("density.multiplier", "density.walls", "density.correction", "density.pull", "density.move")
 IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
-             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection}
+             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection,
+             PBFWallCorrection, PBFWallMultiplier}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
 IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure, PBFWarmStart, PBFBoundaryWarmStart)
 

@@ -119,7 +119,7 @@ class PBFScheme(Scheme):
         if density is not _DEFAULT:
             effects["density"] = density
         self.set_effects(**effects)
-        self.ghosts, self.arrays, self.site_arrays = Ghosts(), [], []
+        self.ghosts, self.arrays, self.site_arrays, self.wall_arrays = Ghosts(), [], [], []
         self.given = {}  # name -> particle array that was set up
         self.period = np.zeros(3)
         self.dt = None
@@ -205,7 +205,7 @@ class PBFScheme(Scheme):
         return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
 
     def effect_rows(self, what):
-        """All ``effect.<what>(scene)`` of the effects in one list: properties, flows or columns."""
+        """All ``effect.<what>(scene)`` of the effects in one list: properties of an array, flows or columns."""
         scene = self.scene()
         return [row for effect in self.effects.values() for row in getattr(effect, what)(scene)]
 
@@ -301,7 +301,9 @@ class PBFScheme(Scheme):
             raise RuntimeError("call configure_solver before get_equations")
         if hasattr(self.integrator, "plan"):
             self.integrator.plan(
-                stages=list(built), arrays=[(list(self.fluids), self.arrays), (self.sites, self.site_arrays)],
+                stages=list(built), arrays=[
+                    (list(self.fluids), self.arrays), (self.sites, self.site_arrays),
+                    (list(self.solids) if self.effect_rows("wall_properties") else [], self.wall_arrays)],
                 ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=stage_conditions,
                 heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
                 motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None)
@@ -333,7 +335,10 @@ class PBFScheme(Scheme):
                 if constant not in pa.constants:
                     pa.add_constant(constant, value)
         for name in self.solids:
-            self._give(arrays[name], WALL_PROPERTIES, clean)
+            rows = self.effect_rows("wall_properties")
+            self._give(arrays[name], [*WALL_PROPERTIES, *rows], clean)
+            if rows:
+                number(arrays[name])  # so that ghosts find what they are images of
         if len(self.solids) > 1:
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim)
         for name in self.sites:

@@ -114,6 +114,7 @@ STAGES = (
         Block((GroupSpec("contact", "predicted positions that lie in a wall", ("x", "y", "z")),)),
         Block((
             GroupSpec("multiplier", "density, its gradients, Lagrange multiplier; cohesion", ("lmbda",)),
+            GroupSpec("walls", "multipliers of walls, from those of the fluid", ("wall_lmbda",)),
             GroupSpec("correction", "position correction"),
             GroupSpec("pull", "the displacement by cohesion applied"),
             GroupSpec("move", "the correction applied, containers", ("x", "y", "z")),
@@ -124,6 +125,7 @@ STAGES = (
     )),
     Stage("forces", "always", (
         Block((
+            GroupSpec("walls", "multipliers of walls with which a step begins", ("wall_start",)),
             GroupSpec("sum", "every acceleration of the next prediction"),
             GroupSpec("release", "free vapour falls"),
             GroupSpec("pressure", "pressure of the sweeps, for the mechanical ledger"),

@@ -30,12 +30,12 @@ CASES = {
     "boil 3-D": ("boil", 3, dict(density=DensityConstraint(max_sweeps=4, tolerance=1e-6)), {}),
     "Wendland's kernel": ("motion", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
     "accelerated sweeps": ("motion", 3, dict(density=ACCELERATED), {}),
-    "artificial pressure": ("pressed", 2, {}, {}),
-    "artificial pressure, Wendland's kernel": ("pressed", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
+    "artificial pressure, multipliers of walls": ("pressed", 2, {}, {}),
+    "the same, Wendland's kernel": ("pressed", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
     "cylinder": ("cylinder", 3, dict(container=CylinderContainer(
         centre=(0.5, 0.5), radius=0.45, bottom=0.0, top=1.0)), {}),
 }
-STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "pressed": ("forces",),
+STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "pressed": ("density", "forces"),
           "cylinder": ("density",)}
 
 

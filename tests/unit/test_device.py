@@ -63,7 +63,8 @@ def test_no_property_hides_a_part_of_a_device_array():
     schemes = [scheme(name, dim=2, spacing=0.01) for name in SETS]
     schemes.append(ExplosiveBoiling().make_scheme(ExplosiveBoiling.Parameters()))
     for made in schemes:
-        names |= {row.name for what in ("properties", "site_properties") for row in made.effect_rows(what)}
+        names |= {row.name for what in ("properties", "site_properties", "wall_properties")
+                  for row in made.effect_rows(what)}
         names |= {name for effect in made.effects.values() for name in effect.constants(made.scene())}
     assert "push" in taken and len(names) > 60
     assert not names & taken

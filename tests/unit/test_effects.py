@@ -35,6 +35,7 @@ OWNS = {
         "limited",
         "density_error sweeps first_sweeps unconverged settled substeps prior warm_start",
         "sweeps density_error_mean density_error_max n_unconverged substeps n_split n_limited"),
+    "wall_multipliers": ("PBFWallMultiplier PBFWallCorrection PBFWallStart PBFWallWarmStart", "", "", ""),
     "artificial_pressure": ("PBFArtificialPressure", "", "", ""),
     "container": ("PBFBoxContainer", "contacts projected", "", "n_contacts n_projected"),
     "viscosity": ("PBFXSPHViscosity PBFWallFriction", "", "", ""),
@@ -191,7 +192,7 @@ def test_describe_names_stages_groups_and_owners():
         assert any(line.strip("*- ").startswith(f"{group}: ") for line in lines)
         assert any(type(term.equation).__name__ in line and line.endswith(f"for {term.owner}") for line in lines)
     starred = {line.split()[1].rstrip(":") for line in lines if line.startswith("  * ")}
-    assert starred == {"multiplier", "correction", "pull", "move", "snap", "hook", "shortcut", "check"}
+    assert starred == {"multiplier", "walls", "correction", "pull", "move", "snap", "hook", "shortcut", "check"}
     assert "stage bubbles" not in make(effects=sets.SETS["motion"])[0].describe()
 
 

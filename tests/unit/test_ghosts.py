@@ -31,7 +31,8 @@ def test_groups_refresh_what_there_is():
     for effects in ({"mechanics": MechanicalLedger()},
                     {"phases": PhaseChange(kinetic="never"), "storage": SiteStorage()}):
         scene = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=DX, **{**FULL, **effects}).scene()
-        properties |= {row.name for effect in scene.effects.values() for row in effect.properties(scene)}
+        properties |= {row.name for effect in scene.effects.values()
+                       for row in (*effect.properties(scene), *effect.wall_properties(scene))}
     named = {name for stage in STAGES for block in stage.blocks for spec in block.groups for name in spec.refresh}
     assert len(named) > 10 and named <= properties
 

@@ -267,6 +267,9 @@ def bubble_at_rest(quick):
     })
 
 
+WALLS = [{"wall_multipliers": True}, {"wall_multipliers": True, "wall_jitter": 0.3}]
+
+
 def sloshing(quick):
     from pysph_boiling.evaluation.problems.drift import SloshingTank
 
@@ -280,6 +283,7 @@ def sloshing(quick):
         "kernel": [{**CUBIC, "hdx": 1.5}, {**QUINTIC, "hdx": 1.2}, {**QUINTIC, "hdx": 1.5}],
         "acceleration": along("density.chebyshev_radius", 0.9, 0.97), "skin": along("density.skin", 0.2),
         "spacing": along("cells", 20, 80), "artificial pressure": along("artificial_pressure", 20.0),
+        "walls": WALLS,
     }, trends=(Trend("spacing", "cells", tuple(along("cells", 20, 40, 80)), finer="larger"),))
 
 
@@ -294,6 +298,7 @@ def still_water(quick):
         "under-relaxation": along("density.omega", 0.3, 0.7), "kernel": [{"hdx": 1.0}, {**QUINTIC, "hdx": 1.2}],
         "2-D": [flat, *together([flat], fixed_sweeps(2, 4))],
         "artificial pressure": together([{}, flat], along("artificial_pressure", 20.0)),
+        "walls": together([{}, flat], along("artificial_pressure", 20.0), WALLS),
     })
 
 

@@ -7,13 +7,20 @@ import numpy as np
 from pysph.base import kernels
 from scipy.spatial import cKDTree
 
+from pysph_boiling.analysis.layering import first_layer, pool_layers
 from pysph_boiling.evaluation.problems.periodic_box import periodic_box
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, positions
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import ArtificialPressure, BoxContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects import (
+    ArtificialPressure,
+    BoxContainer,
+    DensityConstraint,
+    WallMultipliers,
+    XSPHViscosity,
+)
 
 __all__ = ["PeriodicBox", "SloshingTank", "StillWater"]
 
@@ -32,7 +39,8 @@ class SloshingTank(Problem):
     The tank is ``length`` [m] or ``cells`` particles long, and the water is ``depth`` [m] deep. ``surface`` is the
     largest speed of the surface over sqrt(g depth); ``dt_factor`` is the time step over t* = sqrt(spacing/g). The water
     first settles for ``settle`` sqrt(depth/g) and is then observed for ``periods`` of the wave. ``artificial_pressure``
-    is its strength; with 0 there is none.
+    is its strength; with 0 there is none. With ``wall_multipliers`` walls have multipliers, and
+    ``wall_jitter`` [spacings] makes them rough.
 
     Errors relative to the initial kinetic energy, both 0 in the ideal case: ``gain``, the largest increase of kinetic
     plus potential energy; ``loss``, the energy lost after one period, which the sweeps dissipate. ``period`` is
@@ -52,6 +60,8 @@ class SloshingTank(Problem):
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = None
     artificial_pressure: float = 0.0
+    wall_multipliers: bool = False
+    wall_jitter: float = 0.0
     settle: float = 12.0
     periods: float = 1.1
 
@@ -62,10 +72,11 @@ class SloshingTank(Problem):
             ["fluid"], ["wall"], dim=2, spacing=spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=2), density=self.density,
             container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
-            artificial_pressure=repulsion(self.artificial_pressure))
+            artificial_pressure=repulsion(self.artificial_pressure),
+            wall_multipliers=WallMultipliers() if self.wall_multipliers else None)
         common = dict(spacing=spacing, dim=2, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (self.length, self.depth, 0.0), **common)
-        wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, jitter=self.wall_jitter, **common)
         scheme.setup_properties([fluid, wall])
         stepper = Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor))
         stepper.step(math.ceil(self.settle * math.sqrt(self.depth / GRAVITY) / stepper.dt))
@@ -148,15 +159,18 @@ class StillWater(Problem):
     """A lattice of water is released in an open tank and comes to rest, twice: the second time slightly disturbed.
 
     The tank is ``cells`` spacings wide and filled to the same height; ``dt_factor`` is the time step over
-    t* = sqrt(spacing/g). ``artificial_pressure`` is its strength; with 0 there is none. The water is observed for
-    ``duration`` t*. At the start of the second run its particles are displaced by up to ``disturbance`` spacings.
+    t* = sqrt(spacing/g). ``artificial_pressure`` is its strength; with 0 there is none. With ``wall_multipliers``
+    walls have multipliers, and ``wall_jitter`` [spacings] makes them rough. The water is observed for ``duration`` t*.
+    At the start of the second run its particles are displaced by up to ``disturbance`` spacings.
 
     Errors: ``speed``, root mean square over sqrt(g spacing), the mean over the last fifth of the time; ``difference``,
     the largest distance of a particle in the two runs at the end, in spacings. Facts: ``sweeps`` per step; ``density``,
     the mean density error as reported by the sweeps, over the last fifth of the time; and at the end ``row``, the
     number of particles per spacing^dim in the densest layer of half a spacing near the surface, 2 for a layer of the
-    lattice; ``nearest``, the distance to the nearest particle, in spacings, below which 1 % are; and ``level``, twice
-    the mean height of the particles over the height of the filling.
+    lattice; ``nearest``, the distance to the nearest particle, in spacings, below which 1 % are; ``level``, twice the
+    mean height of the particles over the height of the filling; ``base`` and ``base_gap``, ``side`` and ``side_gap``,
+    the densest eighth of a spacing in the first layer at the walls and the gap behind it, 8 and 0 in a lattice, 1 and 1
+    without layers; and in 3-D ``plane``, the peak of the radial distribution in the spacing above the base.
     """
 
     title: ClassVar[str] = "still water"
@@ -170,6 +184,8 @@ class StillWater(Problem):
     density: DensityConstraint = field(default_factory=DensityConstraint)
     viscosity: XSPHViscosity | None = field(default_factory=XSPHViscosity)
     artificial_pressure: float = 0.0
+    wall_multipliers: bool = False
+    wall_jitter: float = 0.0
     duration: float = 40.0
     disturbance: float = 1e-14
 
@@ -177,14 +193,18 @@ class StillWater(Problem):
     LAYER: ClassVar[float] = 0.5  # spacings
 
     def structure(self, fluid):
-        """The facts ``row``, ``nearest`` and ``level`` of the fluid where it is now."""
+        """The facts from ``row`` on of the fluid where it is now."""
         x = positions(fluid) / self.spacing
         height = np.sort(x[:, self.dim - 1])
         floors = height[height > height[-1] - 2.0]
         number = np.searchsorted(height, floors + self.LAYER) - np.searchsorted(height, floors)
         distance, _ = cKDTree(x).query(x, k=2)
-        return dict(row=float(number.max() / (self.LAYER * self.cells ** (self.dim - 1))),
-                    nearest=float(np.quantile(distance[:, 1], 0.01)), level=float(2.0 * height.mean() / self.cells))
+        found = dict(row=float(number.max() / (self.LAYER * self.cells ** (self.dim - 1))),
+                     nearest=float(np.quantile(distance[:, 1], 0.01)), level=float(2.0 * height.mean() / self.cells))
+        layers = pool_layers(x[:, :self.dim], [float(self.cells)] * self.dim)
+        for wall in ("base", "side"):
+            found[wall], found[f"{wall}_gap"] = first_layer(layers[wall])
+        return found | ({"plane": float(layers["planes"][0])} if self.dim == 3 else {})
 
     def release(self, disturbance):
         """Stepper of the tank whose particles are displaced by up to ``disturbance`` spacings, and the fluid."""
@@ -194,13 +214,14 @@ class StillWater(Problem):
             ["fluid"], ["wall"], dim=self.dim, spacing=self.spacing, hdx=self.hdx, material=WATER_1ATM,
             kernel=getattr(kernels, self.kernel)(dim=self.dim), density=self.density,
             container=BoxContainer(lower=lower, upper=upper), viscosity=self.viscosity,
-            artificial_pressure=repulsion(self.artificial_pressure))
+            artificial_pressure=repulsion(self.artificial_pressure),
+            wall_multipliers=WallMultipliers() if self.wall_multipliers else None)
         common = dict(spacing=self.spacing, dim=self.dim, rho0=scheme.rho0, hdx=self.hdx)
         fluid = fluid_block(lower, (*[size] * self.dim, *flat), jitter=0.01, **common)
         moves = disturbance * self.spacing * np.random.default_rng(1).uniform(-1.0, 1.0, (self.dim, len(fluid.x)))
         for axis, move in zip("xyz", moves):
             fluid.get(axis)[:] += move
-        wall = box_vessel(lower, upper, kernel=scheme.kernel, **common)
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, jitter=self.wall_jitter, **common)
         scheme.setup_properties([fluid, wall])
         return Stepper(scheme, [fluid, wall], dt=scheme.time_step(self.dt_factor)), fluid
 

@@ -12,6 +12,7 @@ from pysph_boiling.schemes.effects.base import (
     joined, param, sum_over, totals,
 )
 from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects.wall_multipliers import WallMultipliers
 from pysph_boiling.schemes.effects.artificial_pressure import ArtificialPressure
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
 from pysph_boiling.schemes.effects.phases import PhaseChange
@@ -34,8 +35,8 @@ __all__ = [
     "Condensation", "Convection", "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS",
     "Effect", "Expansion", "Flow", "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger",
     "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage",
-    "Snapshot", "Venting", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative", "joined",
-    "heat_step_limit", "param", "sum_over", "totals",
+    "Snapshot", "Venting", "WallMultipliers", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative",
+    "heat_step_limit", "joined", "param", "sum_over", "totals",
 ]
 
 load_installed()

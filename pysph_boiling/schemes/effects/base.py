@@ -312,6 +312,10 @@ class Effect:
         """Properties this effect adds to each array of sites."""
         return ()
 
+    def wall_properties(self, scene) -> tuple[Property, ...]:
+        """Properties this effect adds to each array of walls."""
+        return ()
+
     def rate_of_velocity(self, scene) -> float:
         """Rate [1/s] at which this effect reduces velocity differences; steps too long for it are split."""
         return 0.0
