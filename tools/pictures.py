@@ -1,23 +1,25 @@
 """Make the pictures of README.md by the package's own commands: ``make pictures``. Needs the extra ``view``.
 
-Each scene is run and drawn in ``build/pictures``; a run that is complete is not repeated. One frame of it, without its
-margins, goes to ``docs/pictures`` as a small WebP. All frames of ``MOVING`` make the moving picture ``boiling.webp``.
+Each scene is run and drawn in ``build/pictures``; a run that is complete is not repeated. One frame of it, without the
+margins of a plot, goes to ``docs/pictures`` as a small WebP. The movie of ``MOVING`` becomes ``boiling.webp``.
 """
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 from PIL import Image
 
 from pysph_boiling.analysis.rendering import DPI, MARGINS
 
 ROOT = Path(__file__).parents[1]
 WORK, OUT = ROOT / "build" / "pictures", ROOT / "docs" / "pictures"
-MOVING = "steady_boiling"
-SURFACE = ["--view", "surface"]
+SURFACE = ["--view", "surface", "--size", "640x560"]
+MOVING = "rolling_boil"  # 4 s in 10 s
+MOVIE = ["--view", "surface", "--camera=-70,7", "--size", "640x480", "--movie", "webp", "--fps", "20", "--limit", "8"]
 # scene -> options of the run, options of the drawing, number of the frame
 SCENES = {
+    "rolling_boil": (["--duration", "4", "--frame", "0.02"], MOVIE, 60),
     "steady_boiling": (["--demo", "--frame", "0.025"], SURFACE, 48),
     "superheat_sites": (["--flat"], [], 68),
     "cooling": (["--flat"], [], 25),
@@ -37,17 +39,13 @@ def command(*arguments):
 
 
 def inside(path, view):
-    """Box (left, upper, right, lower) of a frame without its margins."""
-    picture = np.asarray(Image.open(path).convert("RGB"), dtype=int)
-    height, width = picture.shape[:2]
-    if view != SURFACE:
-        left, right, bottom, top = (round(DPI * getattr(MARGINS, side)) for side in ("left", "right", "bottom", "top"))
-        return left + 4, top + 4, width - right - 4, height - bottom - 4  # without the frame
-    differs = np.abs(picture - picture[:, :1]).max(axis=2) > 24
-    columns = np.flatnonzero(differs[height // 12:].any(axis=0))  # the line of text is above that
-    left, right = int(columns[0]), int(columns[-1])
-    edge = (right - left) // 32  # of the shadow, where the text ends
-    return left + edge, 0, right - edge, height
+    """Box (left, upper, right, lower) of a frame without the margins of a plot."""
+    with Image.open(path) as picture:
+        width, height = picture.size
+    if "surface" in view:
+        return 0, 0, width, height
+    left, right, bottom, top = (round(DPI * getattr(MARGINS, side)) for side in ("left", "right", "bottom", "top"))
+    return left + 4, top + 4, width - right - 4, height - bottom - 4  # without the frame
 
 
 def load(path, box, *size):
@@ -69,9 +67,7 @@ def main():
         box = inside(frames[number], view)
         load(frames[number], box, 320, 280).save(OUT / f"{scene}.webp", quality=85, method=6)
         if scene == MOVING:
-            first, *rest = (load(frame, box, 720, 540) for frame in frames)
-            first.save(OUT / "boiling.webp", save_all=True, append_images=rest, duration=50, loop=0, quality=75,
-                       method=6)
+            shutil.copy(folder / "movie.webp", OUT / "boiling.webp")
 
 
 if __name__ == "__main__":

@@ -38,7 +38,9 @@ class RollingBoilParameters(SteadyBoilingParameters):
     embryo: float = param(1.0, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.95, "-", "heated fraction of the base's diameter", above=0.0, high=1.0)
-    superheat: float = param(200.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
+    time_scaling: float = param(1600.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
+                                sets="heat.time_scaling")
+    superheat: float = param(100.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
 
 
@@ -50,8 +52,8 @@ class RollingBoil(SteadyBoiling):
     ADHESION = {2: None, 3: None}
     variants = {
         "demo": dict(width=28, fill=14, sites=20, duration=1.5),
-        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=8, time_scaling=1000.0, duration=2.0),
-        "fine": dict(spacing=0.002, width=80, fill=36, sites=120, time_scaling=400.0),
+        "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=8, time_scaling=2000.0, duration=2.0),
+        "fine": dict(spacing=0.002, width=80, fill=36, sites=120, time_scaling=800.0),
     }
 
     def radius(self, p):
