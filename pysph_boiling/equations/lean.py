@@ -42,10 +42,12 @@ class HostSum(Equation):
 class PBFSweepsLean(HostSum):
     """The density sweeps of one fluid until its density error is small: multipliers, corrections, moves, container.
 
-    Source, Reads, Writes and Limits are those of :class:`PBFDensity`, :class:`PBFBoundaryDensity`, :class:`PBFLambda`,
-    :class:`PBFPositionCorrection`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`,
-    :class:`PBFWallMultiplier`, :class:`PBFWallCorrection`, :class:`BubbleCohesion`, and of the container. What those
-    keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz, d_pull_x to d_pull_z, d_wall_weight) is not written.
+    Source, Reads, Writes and Limits are those of :class:`PBFDensity` and :class:`PBFPositionCorrection`, or of
+    :class:`PBFDensitySwollen` and :class:`PBFPositionCorrectionSwollen`, of :class:`PBFBoundaryDensity`,
+    :class:`PBFLambda`, :class:`PBFBoundaryCorrection`, :class:`PBFMove` or :class:`PBFMoveAccelerated`,
+    :class:`PBFWallMultiplier`, :class:`PBFWallCorrection`, :class:`BubbleCohesion`, and of the container. While nothing
+    is swollen, the sums leave the swell out. What those keep between two groups (d_gcx to d_gc2, d_dpx to d_dpz,
+    d_pull_x to d_pull_z, d_wall_weight) is not written.
     """
 
 
@@ -57,9 +59,11 @@ class BubbleLabelsLean(HostSum):
 
 
 class PBFDensityLean(HostSum):
-    """:class:`PBFDensity` and :class:`PBFBoundaryDensity` before a short step, by the same sum as in its sweeps.
+    """:class:`PBFDensity` or :class:`PBFDensitySwollen`, and :class:`PBFBoundaryDensity`, before a short step.
 
-    So the error that was there before is, to the last bit, what the sweeps find where nothing has moved. It writes
+    It is the same sum as in the sweeps.
+
+    So the error that was there before is, to the last bit, what the sweeps find where nothing has changed. It writes
     d_rho [kg/m^3], and d_lmbda and d_compression, which the sweeps write again.   Source, Reads and Limits are said
     there.
     """
@@ -71,7 +75,7 @@ class HeatConductionClearyMonaghanLean(HostSum):
 
 class PBFForcesLean(HostSum):
     """:class:`PBFBodyForce`, :class:`PBFXSPHViscosity`, :class:`BubbleDrag`, :class:`PBFArtificialPressure`,
-    :class:`PBFWarmStart` and :class:`PBFBoundaryWarmStart` in one.
+    :class:`PBFWarmStart` or :class:`PBFWarmStartSwollen`, and :class:`PBFBoundaryWarmStart` in one.
 
     It is for uniform m and h. Source, Reads, Writes and Limits are said there. It sets the acceleration, so it comes
     first in the force stage.

@@ -1,7 +1,8 @@
 /* The density sweeps in two loops over the particles: what PBFDensity, PBFBoundaryDensity, PBFLambda and, in the second
  * one, PBFPositionCorrection, PBFBoundaryCorrection, PBFMove or PBFMoveAccelerated, BubbleCohesion and the containers
- * compute, where all masses of the fluid and all smoothing lengths are equal. Between the two, PBFWallMultiplier, for
- * PBFWallCorrection in the second one. Formulas, sources and limits stand there.
+ * compute, also for swollen particles (PBFDensitySwollen, PBFPositionCorrectionSwollen), where all masses of the fluid
+ * and all smoothing lengths are equal. Between the two, PBFWallMultiplier, for PBFWallCorrection in the second one.
+ * Formulas, sources and limits stand there.
  *
  * Sums over all particles are made block by block, in one order whatever the threads.
  */
@@ -28,6 +29,7 @@ typedef struct {                        /* of the fluid */
     double *q_lmbda;                                    /* NULL for plain sweeps */
     double *rho, *lmbda, *impulse, *compression, *left_over;
     int *limited, *contacts, *projected;                /* the last two: NULL without a container */
+    const double *swell;                                /* NULL: 1 everywhere */
     const unsigned int *uid;
     const int *phase;                                   /* NULL without cohesion */
     const double *pull_start_x, *pull_start_y, *pull_start_z;
@@ -67,7 +69,7 @@ PAIR_INLINE long sweep_blocks(long n) { return (n + SWEEP_BLOCK - 1) / SWEEP_BLO
 PAIR_INLINE long sweep_end(long b, long n) { return (b + 1) * SWEEP_BLOCK < n ? (b + 1) * SWEEP_BLOCK : n; }
 
 /* Particles of block b: density and multipliers; their sums of errors to ``partial``. */
-PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid,
+PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, int swollen, const SweepFluid *fluid,
                                 const PairSource *own, const PairSource *walls, int n_walls, double forgiven,
                                 double *partial) {
     const PairKernel kernel = p->kernel;
@@ -75,7 +77,7 @@ PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const
     double all = 0.0, left = 0.0, worst = 0.0, out[5];
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2], f = p->m * slope;
-        sum_density(own, i, &kernel, wendland, 0, x, y, z, out);
+        sum_density(own, i, &kernel, wendland, swollen, x, y, z, out);
         double rho = p->m * scale * out[0], gx = f * out[1], gy = f * out[2], gz = f * out[3];
         const double others = f*f * out[4] / p->m;
         for (int k = 0; k < n_walls; k++)
@@ -93,14 +95,20 @@ PAIR_INLINE void multipliers_of(long b, const SweepModel *p, int wendland, const
     partial[3*b] = all; partial[3*b + 1] = left; partial[3*b + 2] = worst;
 }
 
-/* Density and multipliers; found: sum of the errors, sum of those that are to be worked off, largest error. */
+/* Density and multipliers; found: sum of the errors, sum of those that are to be worked off, largest error. A record's
+ * w is the swell. */
 static void sweep_multipliers(const SweepModel *p, const SweepFluid *fluid, const PairSource *own,
                               const PairSource *walls, int n_walls, double forgiven, double *partial, double *found) {
     const long blocks = sweep_blocks(fluid->n);
     #pragma omp parallel for schedule(static)
     for (long b = 0; b < blocks; b++)
-        if (p->kernel.wendland) multipliers_of(b, p, 1, fluid, own, walls, n_walls, forgiven, partial);
-        else multipliers_of(b, p, 0, fluid, own, walls, n_walls, forgiven, partial);
+        if (fluid->swell) {
+            if (p->kernel.wendland) multipliers_of(b, p, 1, 1, fluid, own, walls, n_walls, forgiven, partial);
+            else multipliers_of(b, p, 0, 1, fluid, own, walls, n_walls, forgiven, partial);
+        } else {
+            if (p->kernel.wendland) multipliers_of(b, p, 1, 0, fluid, own, walls, n_walls, forgiven, partial);
+            else multipliers_of(b, p, 0, 0, fluid, own, walls, n_walls, forgiven, partial);
+        }
     found[0] = found[1] = found[2] = 0.0;
     for (long b = 0; b < blocks; b++) {
         found[0] += partial[3*b]; found[1] += partial[3*b + 1]; found[2] = larger(found[2], partial[3*b + 2]);
@@ -215,28 +223,28 @@ static void pull(const SweepModel *p, const SweepFluid *fluid, const PairSource 
 }
 
 /* Particles of block b: their corrections, applied. */
-PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, const SweepFluid *fluid, const PairSource *own,
-                         const PairSource *walls, const PairSource *pushes, int n_walls, double nudge, double feels,
-                         double weight) {
+PAIR_INLINE void move_of(long b, const SweepModel *p, int wendland, int swollen, const SweepFluid *fluid,
+                         const PairSource *own, const PairSource *walls, const PairSource *pushes, int n_walls,
+                         double nudge, double feels, double weight) {
     const PairKernel kernel = p->kernel;
     const double slope = kernel.g_scale / p->rho_rest;
     for (long i = b * SWEEP_BLOCK; i < sweep_end(b, fluid->n); i++) {
         const double x = own->records[4*i], y = own->records[4*i + 1], z = own->records[4*i + 2];
         const double lmbda = own->records[4*i + 3];
         double out[4], d[3];
-        sum_gradient(own, i, &kernel, wendland, lmbda, x, y, z, out);
+        sum_gradient(own, i, &kernel, wendland, swollen, fluid->swell, lmbda, x, y, z, out);
         d[0] = slope * out[0]; d[1] = slope * out[1]; d[2] = slope * out[2];
         if (out[3] > 1.0) set_apart(p, fluid, own, i, p->nudge * nudge, d);
         if (lmbda != 0.0)
             for (int k = 0; k < n_walls; k++)
                 if (walls[k].count[i] > 0) {
                     const double f = lmbda * slope / p->m;
-                    sum_gradient(&walls[k], i, &kernel, wendland, 0.0, x, y, z, out);
+                    sum_gradient(&walls[k], i, &kernel, wendland, 0, NULL, 0.0, x, y, z, out);
                     d[0] += f * out[0]; d[1] += f * out[1]; d[2] += f * out[2];
                 }
         for (int k = 0; pushes && k < n_walls; k++)
             if (pushes[k].count[i] > 0) {
-                sum_gradient(&pushes[k], i, &kernel, wendland, 0.0, x, y, z, out);
+                sum_gradient(&pushes[k], i, &kernel, wendland, 0, NULL, 0.0, x, y, z, out);
                 d[0] += slope * out[0]; d[1] += slope * out[1]; d[2] += slope * out[2];
             }
         double f = p->omega * weight, multiplier = f * lmbda;
@@ -268,7 +276,12 @@ static void sweep_move(const SweepModel *p, const SweepFluid *fluid, const PairS
                        const PairSource *pushes, int n_walls, double nudge, double feels, double weight) {
     #pragma omp parallel for schedule(static)
     for (long b = 0; b < sweep_blocks(fluid->n); b++)
-        if (p->kernel.wendland) move_of(b, p, 1, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
-        else move_of(b, p, 0, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+        if (fluid->swell) {
+            if (p->kernel.wendland) move_of(b, p, 1, 1, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+            else move_of(b, p, 0, 1, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+        } else {
+            if (p->kernel.wendland) move_of(b, p, 1, 0, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+            else move_of(b, p, 0, 0, fluid, own, walls, pushes, n_walls, nudge, feels, weight);
+        }
 }
 #endif

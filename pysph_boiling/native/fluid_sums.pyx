@@ -47,6 +47,7 @@ cdef extern from "exchange.h" nogil:
         int *limited
         int *contacts
         int *projected
+        const double *swell
         const unsigned int *uid
         const int *phase
         const double *pull_start_x
@@ -68,6 +69,7 @@ cdef extern from "exchange.h" nogil:
     void exchange_heat(const PairKernel *, const PairSource *, long, const double *, double, double *)
     ctypedef struct Forces:
         double viscosity, drag, repulsion, per_unit, start, m
+        const double *swell
     void exchange_momentum(const PairKernel *, const PairSource *, const PairSource *, int, const double *, long,
                            const Forces *, const double *, double *, double *, double *)
 
@@ -166,6 +168,15 @@ cdef class FluidSums:
         self.point(&self.own, lists, self.records, self.total)
         return 0
 
+    cdef const double *swells(self, pa) except? NULL:
+        """The swell of the particles and ghosts that were taken up; NULL if it is 1 everywhere."""
+        cdef double ends[2]
+        cdef const double *swell = data(pa, "swell")
+        property_ends(self.total, swell, ends)
+        if ends[0] == 1.0 and ends[1] == 1.0:
+            return NULL
+        return swell
+
     cdef int take_up_walls(self, walls) except -1:
         """Pairs (array, lists of the fluid's neighbours there); ``take_up`` comes first."""
         self.kept.append(walls)
@@ -220,12 +231,12 @@ cdef class Exchange(FluidSums):
         exchange_heat(&self.kernel, &self.own, self.n, data(pa, "T"), factor, data(pa, "ae"))
 
     def momentum(self, pa, lists, walls, double viscosity, double drag, double rho0, gravity, repulsion=None,
-                 double start=0.0):
+                 double start=0.0, bint swollen=False):
         """Set the accelerations [m/s^2] to gravity with what PBFXSPHViscosity and BubbleDrag add; rates in 1/s.
 
         ``repulsion`` are parameters of PBFArtificialPressure, strength/rho_rest [m^5/(kg s^2)] and per_unit, or none.
-        ``start`` is 1/rho_rest [m^3/kg] for PBFWarmStart and, with ``walls`` (pairs of an array and the lists of the
-        fluid's neighbours there), PBFBoundaryWarmStart; 0 for none.
+        ``start`` is 1/rho_rest [m^3/kg] for PBFWarmStart, or PBFWarmStartSwollen if ``swollen``, and with ``walls``
+        (pairs of an array and the lists of the fluid's neighbours there) PBFBoundaryWarmStart; 0 for none.
         """
         cdef double g[3]
         cdef double scale, volume
@@ -247,6 +258,9 @@ cdef class Exchange(FluidSums):
                      data(pa, "lmbda_start") if start > 0.0 else NULL, self.velocities.first)
         forces.viscosity, forces.drag, forces.m = viscosity*scale, drag*scale, self.m
         forces.repulsion, forces.per_unit, forces.start = 0.0, 0.0, start*self.kernel.g_scale
+        forces.swell = NULL
+        if swollen and start > 0.0:
+            forces.swell = self.swells(pa)
         if repulsion is not None:
             volume = self.kernel.h**3 if self.kernel.deep else self.kernel.h**2
             forces.repulsion = self.m*repulsion[0]*self.kernel.g_scale
@@ -280,7 +294,8 @@ cdef class DensitySweeps(FluidSums):
     """The sums and moves of the density sweeps of one fluid.
 
     ``rho_rest`` to ``nudge`` and ``depth`` are parameters of the equations. ``carries`` is true for sweeps that carry
-    on what the last one moved (the properties qx, qy and qz). The container is a ``box`` (lower and upper corner [m]),
+    on what the last one moved (the properties qx, qy and qz), ``swollen`` for particles that fill ``swell`` times the
+    volume of their liquid. The container is a ``box`` (lower and upper corner [m]),
     a ``cylinder`` (x and y of its centre, radius, bottom, top [m]), or none; ``cohesion`` is its strength [m/s^2],
     radius [m] and stiffness [1/m], or none.
 
@@ -289,7 +304,7 @@ cdef class DensitySweeps(FluidSums):
     """
     cdef SweepModel model
     cdef SweepFluid fluid
-    cdef bint carries, coheres
+    cdef bint carries, swollen, coheres
     cdef PairSource *pushes         # as the walls, with other records
     cdef list push_records, extrapolated
     cdef Records partial
@@ -298,12 +313,13 @@ cdef class DensitySweeps(FluidSums):
         free(self.pushes)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
-                 bint carries=False, double depth=0.0, box=None, cylinder=None, cohesion=None, **options):
+                 bint carries=False, bint swollen=False, double depth=0.0, box=None, cylinder=None, cohesion=None,
+                 **options):
         cdef SweepModel *p = &self.model
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
         p.max_displacement = max_displacement
-        p.container, self.carries, self.partial = NO_CONTAINER, carries, Records()
+        p.container, self.carries, self.swollen, self.partial = NO_CONTAINER, carries, swollen, Records()
         self.push_records, self.extrapolated = [], []
         if box:
             p.container = BOX
@@ -335,6 +351,9 @@ cdef class DensitySweeps(FluidSums):
             f.qx, f.qy, f.qz = data(pa, "qx"), data(pa, "qy"), data(pa, "qz")
         f.rho, f.lmbda, f.compression = data(pa, "rho"), data(pa, "lmbda"), data(pa, "compression")
         f.impulse, f.left_over, f.limited = data(pa, "impulse"), data(pa, "left_over"), counter(pa, "limited")
+        f.swell = NULL
+        if self.swollen:
+            f.swell = self.swells(pa)
         f.uid = &uid[0] if uid.shape[0] else NULL
         f.phase = NULL
         if self.coheres:
@@ -357,7 +376,7 @@ cdef class DensitySweeps(FluidSums):
         """
         cdef SweepFluid *f = &self.fluid
         cdef double found[3]
-        pack_records(self.total, f.x, f.y, f.z, NULL, self.records.first)
+        pack_records(self.total, f.x, f.y, f.z, f.swell, self.records.first)
         sweep_multipliers(&self.model, f, &self.own, self.walls, self.n_walls, forgiven, self.partial.first, found)
         return found[0], found[1], found[2]
 

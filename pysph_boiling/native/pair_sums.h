@@ -179,26 +179,31 @@ PAIR_INLINE Lanes lanes_gradient(const PairKernel *kernel, int wendland, LanePai
     return wendland ? f : f / p.r;
 }
 
-typedef struct { Lanes x, y, z, plus, gx, gy, gz, here; } GradientSums;
+typedef struct { Lanes x, y, z, plus, swell, gx, gy, gz, here; } GradientSums;
 
-PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const unsigned int *neighbours, Lanes counted,
-                              const PairKernel *kernel, int wendland) {
+PAIR_INLINE void add_gradient(GradientSums *sum, const PairSource *s, const double *swell,
+                              const unsigned int *neighbours, Lanes counted, const PairKernel *kernel, int wendland,
+                              int swollen) {
     const LaneRecords at = lanes_records(s->records, neighbours);
     const LanePairs p = lanes_pairs(kernel, sum->x, sum->y, sum->z, at);
-    const Lanes f = lanes_gradient(kernel, wendland, p, (at.w + sum->plus)*counted);
+    const Lanes weight = swollen ? sum->swell*at.w + sum->plus*lanes_values(swell, neighbours) : at.w + sum->plus;
+    const Lanes f = lanes_gradient(kernel, wendland, p, weight * counted);
     sum->gx += f*p.dx; sum->gy += f*p.dy; sum->gz += f*p.dz;
     sum->here += p.r < lanes(COINCIDENT * kernel->h) ? counted : lanes(0.0);
 }
 
-/* out: sums of (plus + w) f (dx, dy, dz); how many neighbours are at the same place, itself among them. */
-PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, double plus,
-                              double x, double y, double z, double *out) {
+/* out: sums of (plus + w) f (dx, dy, dz), or if ``swollen`` of (swell_j plus + swell_i w) f (dx, dy, dz); how many
+ * neighbours are at the same place, itself among them. */
+PAIR_INLINE void sum_gradient(const PairSource *s, long i, const PairKernel *kernel, int wendland, int swollen,
+                              const double *swell, double plus, double x, double y, double z, double *out) {
     const unsigned int *neighbours = s->begin[i];
     const int n = s->count[i], last = lanes_last(n);
     const Lanes none = lanes(0.0);
-    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), none, none, none, none};
-    for (int k = 0; k < last; k += LANES) add_gradient(&sum, s, neighbours + k, lanes(1.0), kernel, wendland);
-    if (n > 0) add_gradient(&sum, s, neighbours + last, lanes_counted(n), kernel, wendland);
+    GradientSums sum = {lanes(x), lanes(y), lanes(z), lanes(plus), lanes(swollen ? swell[i] : 1.0), none, none, none,
+                        none};
+    for (int k = 0; k < last; k += LANES)
+        add_gradient(&sum, s, swell, neighbours + k, lanes(1.0), kernel, wendland, swollen);
+    if (n > 0) add_gradient(&sum, s, swell, neighbours + last, lanes_counted(n), kernel, wendland, swollen);
     out[0] = lanes_sum(sum.gx); out[1] = lanes_sum(sum.gy); out[2] = lanes_sum(sum.gz); out[3] = lanes_sum(sum.here);
 }
 #endif

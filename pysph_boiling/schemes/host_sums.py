@@ -63,21 +63,23 @@ class Labels(Run):
 class Forces(Run):
     """Gravity, what viscosity and drag even out, artificial pressure, and the pressure with which a step begins.
 
-    ``boundary`` is what walls add to the last one; each but ``body`` may be ``None``.
+    The last one is ``start``, or ``swollen_start`` with vapour that swells, and ``boundary`` is what walls add to it.
+    Each but ``body`` may be ``None``.
     """
 
-    def __init__(self, scheme, body, viscosity, drag, pressure, start, boundary):
+    def __init__(self, scheme, body, viscosity, drag, pressure, start, swollen_start, boundary):
         super().__init__(scheme)
         self.gravity, self.rho0 = (body.gx, body.gy, body.gz), scheme.rho0
         self.viscosity = viscosity.rate if viscosity else 0.0
         self.drag = drag.rate if drag else 0.0
         self.repulsion = (pressure.strength / pressure.rho_rest, pressure.per_unit) if pressure else None
+        start, self.swollen = start or swollen_start, swollen_start is not None
         self.start = 1.0 / start.rho_rest if start else 0.0
         self.walls = boundary.sources if boundary else []
 
     def __call__(self, pa, dt):
         self.native("Exchange").momentum(pa, self.lists(pa.name, pa.name), self.wall_lists(pa), self.viscosity,
-                                         self.drag, self.rho0, self.gravity, self.repulsion, self.start)
+                                         self.drag, self.rho0, self.gravity, self.repulsion, self.start, self.swollen)
 
 
 class Sweeps(Run):
@@ -89,12 +91,15 @@ class Sweeps(Run):
         self.lmbda = found[density_constraint.PBFLambda]
         self.accelerated = density_constraint.PBFMoveAccelerated in found
         self.move = found[density_constraint.PBFMoveAccelerated if self.accelerated else density_constraint.PBFMove]
+        swollen = density_constraint.PBFPositionCorrectionSwollen in found
+        correction = found[density_constraint.PBFPositionCorrectionSwollen if swollen else
+                           density_constraint.PBFPositionCorrection]
         walls = found.get(density_constraint.PBFBoundaryDensity)
         self.walls = walls.sources if walls else []
         self.extrapolates = wall_multipliers.PBFWallMultiplier in found
         self.options.update(
             rho_rest=self.lmbda.rho_rest, eps=self.lmbda.eps, omega=self.move.omega, carries=self.accelerated,
-            max_displacement=self.move.max_displacement, nudge=found[density_constraint.PBFPositionCorrection].nudge)
+            swollen=swollen, max_displacement=self.move.max_displacement, nudge=correction.nudge)
         box, cylinder = found.get(container.PBFBoxContainer), found.get(container.PBFCylinderContainer)
         if box:
             self.options.update(depth=box.depth, box=((box.x0, box.y0, box.z0), (box.x1, box.y1, box.z1)))

@@ -11,10 +11,12 @@ from pysph_boiling.equations.density_constraint import (
     PBFBoundaryCorrection,
     PBFBoundaryDensity,
     PBFDensity,
+    PBFDensitySwollen,
     PBFLambda,
     PBFMove,
     PBFMoveAccelerated,
     PBFPositionCorrection,
+    PBFPositionCorrectionSwollen,
 )
 from pysph_boiling.equations.heat import HeatConductionClearyMonaghan
 from pysph_boiling.equations.helpers import kernel_coefficients
@@ -28,7 +30,7 @@ from pysph_boiling.equations.lean import (
 )
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
 from pysph_boiling.equations.wall_multipliers import PBFWallCorrection, PBFWallMultiplier
-from pysph_boiling.equations.warm_start import PBFBoundaryWarmStart, PBFWarmStart
+from pysph_boiling.equations.warm_start import PBFBoundaryWarmStart, PBFWarmStart, PBFWarmStartSwollen
 from pysph_boiling.native import serves
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.host_sums import Forces, Heat, Labels, Sweeps
@@ -37,10 +39,11 @@ __all__ = ["lean_terms", "why_general"]
 
 SWEEP_PLACES = ("density.multiplier", "density.walls", "density.correction", "density.pull", "density.move")
 IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
-             PBFCylinderContainer, PBFDensity, PBFLambda, PBFMove, PBFMoveAccelerated, PBFPositionCorrection,
-             PBFWallCorrection, PBFWallMultiplier}
+             PBFCylinderContainer, PBFDensity, PBFDensitySwollen, PBFLambda, PBFMove, PBFMoveAccelerated,
+             PBFPositionCorrection, PBFPositionCorrectionSwollen, PBFWallCorrection, PBFWallMultiplier}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
-IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure, PBFWarmStart, PBFBoundaryWarmStart)
+IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure, PBFWarmStart, PBFWarmStartSwollen,
+             PBFBoundaryWarmStart)
 
 
 def why_general(scheme, arrays):
@@ -93,7 +96,7 @@ def lean_terms(terms, scheme):
         elif type(equation) is HeatConductionClearyMonaghan:
             one_for([term], HeatConductionClearyMonaghanLean, Heat(scheme, equation))
     sweeps = [term for term in terms if term.place in SWEEP_PLACES]
-    if sweeps and {type(term.equation) for term in sweeps} <= IN_SWEEPS:  # not with swollen vapour, or other effects
+    if sweeps and {type(term.equation) for term in sweeps} <= IN_SWEEPS:  # no terms of other effects
         run = Sweeps(scheme, [term.equation for term in sweeps])
         one_for([term for term in terms if term.place == "density.before"], PBFDensityLean, run.density)
         one_for(sweeps, PBFSweepsLean, run)
@@ -102,7 +105,7 @@ def lean_terms(terms, scheme):
         one_for([labels[-1], *labels[:-1]], BubbleLabelsLean, Labels(scheme, next(
             term.equation for term in labels if type(term.equation) is BubbleHook)))
     forces = {type(term.equation): term for term in terms if type(term.equation) in IN_FORCES}
-    if PBFWarmStart not in forces:  # that of walls is summed with it
+    if not {PBFWarmStart, PBFWarmStartSwollen} & set(forces):  # that of walls is summed with it
         forces.pop(PBFBoundaryWarmStart, None)
     if PBFBodyForce in forces:
         parts = [forces[cls].equation if cls in forces else None for cls in IN_FORCES]

@@ -32,15 +32,21 @@ CASES = {
     "accelerated sweeps": ("motion", 3, dict(density=ACCELERATED), {}),
     "artificial pressure, multipliers of walls": ("pressed", 2, {}, {}),
     "the same, Wendland's kernel": ("pressed", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
+    "swollen 2-D": ("expand", 2, {}, {}),
+    "swollen 3-D": ("expand", 3, {}, {}),
+    "nothing is swollen": ("expand", 3, {}, {}),
+    "swollen, Wendland's kernel": ("expand", 3, {}, dict(kernel=WendlandQuintic(dim=3))),
     "cylinder": ("cylinder", 3, dict(container=CylinderContainer(
         centre=(0.5, 0.5), radius=0.45, bottom=0.0, top=1.0)), {}),
 }
 STAGES = {"boil": ("heat", "density", "forces"), "motion": ("density", "forces"), "pressed": ("density", "forces"),
-          "cylinder": ("density",)}
+          "cylinder": ("density",), "expand": ("density", "forces")}
 
 
-def vessel(name, dim, changes, options, lean):
-    """A scheme of a set on random particles, ready to run its stages."""
+def vessel(case, lean):
+    """The scheme of a case on random particles, ready to run its stages."""
+    name, dim, changes, options = CASES[case]
+    changes = dict(changes)
     spacing = N_FLUID ** (-1.0 / dim)
     points = random_cloud(N_FLUID + N_CROWD, dim, seed=1)
     points[-N_CROWD:, :dim] = 0.5 + spacing * (points[-N_CROWD:, :dim] - 0.5)
@@ -55,7 +61,7 @@ def vessel(name, dim, changes, options, lean):
                                  viscosity=XSPHViscosity(wall=1.0 if name == "motion" else 0.0))
     density = changes.pop("density", DensityConstraint(max_sweeps=4, tolerance=1e-6))
     made = scheme(name, dim=dim, spacing=spacing, changes=changes, density=density, lean=lean, **options)
-    arrays = [fluid, wall, *([sites] if name == "boil" else [])]
+    arrays = [fluid, wall, *([sites] if name in ("boil", "expand") else [])]
     random = np.random.default_rng(3)
     wall.m *= random.uniform(0.5, 2.0, N_WALL)
     add_properties(wall, WALL_PROPERTIES)
@@ -68,6 +74,12 @@ def vessel(name, dim, changes, options, lean):
             values[:] = random.uniform(0.5, 1.5, n) if values.dtype.kind == "f" else random.integers(0, 4, n)
     for prop in {"pulled_x", "pulled_y", "pulled_z"} & set(fluid.properties):
         fluid.get(prop)[20:] *= 1e-3  # what cohesion moves in a step; the first ones run into the limit
+    if name == "expand":
+        fluid.swell[:] = 1.0
+        if case == "nothing is swollen":
+            fluid.swelling[:] = 0.0
+        else:
+            fluid.swell[::2] = random.uniform(1.0, 1.5, len(fluid.x[::2]))
     for prop in ("u", "v", "w"):
         fluid.get(prop)[:] = random.normal(size=len(fluid.x))
     return Stepper(made, arrays, dt=1e-3)
@@ -95,8 +107,7 @@ def after(stepper, stage):
 @pytest.fixture(scope="module", params=CASES)
 def both(request):
     """The name of a set, and its vessel with general equations and with lean ones."""
-    name, dim, changes, options = CASES[request.param]
-    return name, *(vessel(name, dim, dict(changes), options, lean) for lean in (False, True))
+    return CASES[request.param][0], *(vessel(request.param, lean) for lean in (False, True))
 
 
 def compare(begin, general, lean, scale=ROUND_OFF):
@@ -122,19 +133,19 @@ def test_lean_equations_are_the_general_ones(both, stage):
     wanted = {"heat": {"ae"}, "density": {"x", "sx", "rho", "lmbda", "compression", "limited"}, "forces": {"au", "aw"}}
     assert wanted[stage] - ({"aw"} if general.scheme.dim == 2 else set()) <= set(changed)
     if stage == "density":
-        assert (name == "boil") == ("pulled_x" in changed)
+        assert (name in ("boil", "expand")) == ("pulled_x" in changed)
         assert expected["constant sweeps"][0] >= 4 and np.any(expected["lmbda"] == 0.0)
         assert np.any(found["contacts"] != begin["contacts"])
 
 
-def test_processors_without_avx512_compute_the_same(monkeypatch):
+@pytest.mark.parametrize("case", ["boil 3-D", "swollen 3-D"])
+def test_processors_without_avx512_compute_the_same(case, monkeypatch):
     """The sums of four neighbours at a time, also where the processor could take eight."""
-    name, dim, changes, options = CASES["boil 3-D"]
     monkeypatch.setattr(native, "processor_features", lambda: native.AVX2_NEEDS)
     monkeypatch.setattr(EmbeddedModule, "modules", {})
     assert "-mavx512f" not in native.FluidModule.flags()
-    general, lean = (vessel(name, dim, dict(changes), options, lean) for lean in (False, True))
-    for stage in STAGES[name]:
+    general, lean = (vessel(case, lean) for lean in (False, True))
+    for stage in STAGES[CASES[case][0]]:
         begin, expected = after(general, stage)
         compare(begin, expected, after(lean, stage)[1])
 

@@ -9,6 +9,7 @@ from harness import native_only
 from pysph.base.kernels import Gaussian
 from sets import scheme
 
+from pysph_boiling.equations.cohesion import BubbleCohesion
 from pysph_boiling.equations.density_constraint import PBFLambda, PBFMove
 from pysph_boiling.equations.lean import LEAN, HostSum, LeanSum, PBFForcesLean, PBFSweepsLean
 from pysph_boiling.equations.viscosity import PBFBodyForce, PBFXSPHViscosity
@@ -102,13 +103,26 @@ def test_where_general_equations_serve(fluids, effects, served, why, monkeypatch
     assert lean.why_general(made, arrays) == why
 
 
+def built_of(effects):
+    """Names of the classes that are built of the effects."""
+    return {type(e).__name__ for _, group in subgroups(make(effects=effects)[2]) for e in group.equations}
+
+
 @native_only
-def test_terms_that_lean_ones_do_not_know_stay():
-    """With vapour that swells the density sweeps stay, and what else is lean is lean."""
-    made, _, equations = make(effects=sets.SETS["expand"])
-    built = {type(e).__name__ for _, group in subgroups(equations) for e in group.equations}
+def test_terms_that_lean_ones_do_not_know_stay(monkeypatch):
+    """With a term among the density sweeps that they do not know the sweeps stay, and what else is lean is lean."""
+    monkeypatch.setattr(lean, "IN_SWEEPS", lean.IN_SWEEPS - {BubbleCohesion})
+    built = built_of(sets.SETS["expand"])
     assert {"PBFDensitySwollen", "PBFMove", "PBFForcesLean", "HeatConductionClearyMonaghanLean"} <= built
-    assert "PBFSweepsLean" not in built
+    assert not {"PBFSweepsLean", "PBFDensityLean"} & built
+
+
+@native_only
+def test_lean_sums_serve_vapour_that_swells():
+    """What changes the swell itself stays."""
+    built = built_of(sets.SETS["expand"])
+    assert {"PBFDensityLean", "PBFSweepsLean", "PBFForcesLean", "BubbleSwell", "BubbleSwellBack"} <= built
+    assert not {name for name in built if "Swollen" in name}
 
 
 @native_only
