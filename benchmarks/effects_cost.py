@@ -252,7 +252,7 @@ def main():
             for name in ("full", "without expansion")}
     console.print(f"before anything boils: motion with heat {ms['idle motion and heat']:.1f} ms and "
                   f"{swept('idle motion and heat'):.0f} sweeps a step")
-    for name, what in (("full", "full model"), ("without expansion", "without expansion, so with lean sweeps")):
+    for name, what in (("full", "full model"), ("without expansion", "the same without expansion")):
         console.print(f"  {what}: {ms[f'idle {name}']:.1f} ms and {swept(f'idle {name}'):.0f} sweeps "
                       f"({swept(f'idle {name}', 'sites'):.0f} over sites): {idle[name] - 1.0:+.1%} of time")
     for claim, holds in claims.items():
