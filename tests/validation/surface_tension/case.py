@@ -9,7 +9,7 @@ DEEP = dict(dim=3, spacing=0.0016, box=4.0, starts=2)  # 5
 
 def run(quick):
     if quick:
-        return {"shape": BubbleShape(starts=1).run(), "pressure": LaplacePressure(starts=2).run()}
+        return {"shape": BubbleShape().run(), "pressure": LaplacePressure(starts=2).run()}
     return {"shape": BubbleShape().run(), "shape_fine": BubbleShape(**FINE).run(),
             "shape_3d": BubbleShape(**DEEP, jitter=0.5, stretch=1.4).run(),
             "pressure": LaplacePressure().run(), "pressure_fine": LaplacePressure(**FINE).run(),
