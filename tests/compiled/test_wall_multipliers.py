@@ -1,7 +1,7 @@
 """Multipliers of walls: sums against all pairs in NumPy, what fluid in their place would do, and pools with them."""
 import numpy as np
 import pytest
-from harness import vectors
+from harness import host_only, vectors
 from motion import close, cloud, compile_kernels, pairs, reset
 
 from pysph_boiling.analysis.layering import first_layer, pool_layers
@@ -102,6 +102,7 @@ def pool(dim, rough):
     return found | {"error": np.mean(error), "projected": fluid.projected.sum()}
 
 
+@host_only
 @pytest.mark.parametrize("dim", [2, 3])
 def test_rough_walls_with_multipliers_have_no_layers(dim):
     plain, rough = pool(dim, False), pool(dim, True)
@@ -113,6 +114,7 @@ def test_rough_walls_with_multipliers_have_no_layers(dim):
     assert 0.99 < rough["level"] < 1.015 and rough["projected"] == 0
 
 
+@host_only
 def test_sloshing_water_loses_less_at_a_smooth_wall():
     """A smooth wall takes less if it bears its share of the pressure; a rough one takes what smooth ones do without."""
     plain, smooth, rough = (SloshingTank(**walls).run().errors for walls in (
