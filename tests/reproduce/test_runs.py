@@ -3,6 +3,7 @@
 ``pysph_boiling run`` is played by a script that does what its scene's name says.
 """
 import json
+import multiprocessing.spawn  # noqa: F401  it keeps sys.executable of now, which a test replaces
 import os
 import sys
 import time
