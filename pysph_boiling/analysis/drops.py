@@ -13,7 +13,7 @@ LINK = 1.5  # distance in spacings up to which two particles belong to one piece
 
 
 def pieces(points, link):
-    """Piece (n,) of each of ``points`` (n, 3) [m], and the number of points in each piece, (pieces,).
+    """Piece (n,) of each of ``points`` (n, dim) [m], and the number of points in each piece, (pieces,).
 
     Points belong to one piece if they are linked by distances of at most ``link`` [m].
     """

@@ -2,10 +2,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
+from pysph_boiling.analysis.drops import pieces
 from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
@@ -105,9 +104,7 @@ def free_bubbles(fluid, walls, *, dim, spacing, floor, rho0=1.0):
     if not len(vapour):
         return []
     place, points = positions(fluid)[vapour][:, :dim], positions(fluid)[:, :dim]
-    pairs = cKDTree(place).query_pairs(TOGETHER * spacing, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs), bool), tuple(pairs.T)), shape=(len(vapour),) * 2)
-    bubble = connected_components(graph, directed=False)[1]
+    bubble, _ = pieces(place, TOGETHER * spacing)
     label = np.asarray(fluid.bubble)[vapour]
     around = np.concatenate([points, *(positions(pa)[:, :dim] for pa in walls)])
     liquid = points[fluid.phase != Phase.VAPOUR]

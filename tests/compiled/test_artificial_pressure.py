@@ -2,23 +2,12 @@
 import numpy as np
 import pytest
 from harness import vectors
-from motion import N_FLUID, ROUND_OFF, STRENGTH, close, cloud, compile_kernels, pairs, reset
+from motion import N_FLUID, ROUND_OFF, STRENGTH, close, pairs
 
 from pysph_boiling.evaluation.problems.drift import StillWater
 from pysph_boiling.schemes.effects import ArtificialPressure, DensityConstraint
 
 ACCELERATION = ("au", "av", "aw")
-
-
-@pytest.fixture(scope="module", params=[2, 3])
-def compiled(request):
-    fluid, wall, spacing = cloud(request.param)
-    return compile_kernels(fluid, wall, dim=request.param, spacing=spacing)
-
-
-@pytest.fixture
-def kernels(compiled):
-    return reset(compiled)
 
 
 def accelerations(kernels, start=0.0):

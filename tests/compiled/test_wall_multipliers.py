@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 from harness import host_only, vectors
-from motion import close, cloud, compile_kernels, pairs, reset
+from motion import close, pairs
 
 from pysph_boiling.analysis.layering import first_layer, pool_layers
 from pysph_boiling.evaluation.problems.drift import SloshingTank, StillWater
@@ -10,17 +10,6 @@ from pysph_boiling.particles import positions
 
 CORRECTION = ("dpx", "dpy", "dpz")
 ROUGH = dict(wall_multipliers=True, wall_jitter=0.3)
-
-
-@pytest.fixture(scope="module", params=[2, 3])
-def compiled(request):
-    fluid, wall, spacing = cloud(request.param)
-    return compile_kernels(fluid, wall, dim=request.param, spacing=spacing)
-
-
-@pytest.fixture
-def kernels(compiled):
-    return reset(compiled)
 
 
 def draw(pa, name, *ends):

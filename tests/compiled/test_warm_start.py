@@ -4,7 +4,7 @@ import inspect
 import numpy as np
 import pytest
 from harness import host_only, vectors
-from motion import DX, cloud, compile_kernels, pairs, reset, tank
+from motion import DX, pairs, tank
 
 from pysph_boiling.equations.density_constraint import PBFMove, PBFMoveAccelerated
 from pysph_boiling.evaluation.problems.hydrostatic import compression
@@ -14,18 +14,13 @@ from pysph_boiling.schemes.integrator import PBFStep
 ACCELERATION = ("au", "av", "aw")
 
 
-@pytest.fixture(scope="module", params=[2, 3])
-def compiled(request):
-    fluid, wall, spacing = cloud(request.param)
-    return compile_kernels(fluid, wall, dim=request.param, spacing=spacing)
-
-
 @pytest.fixture
-def kernels(compiled):
-    made = reset(compiled)
-    made.fluid.lmbda_start[:] = -np.random.default_rng(8).uniform(0.0, 2.0, len(made.fluid.x))
-    made.fluid.lmbda_start[:10] = 0.0
-    return made
+def kernels(kernels):
+    """The cloud of all these tests, with multipliers to begin with."""
+    fluid = kernels.fluid
+    fluid.lmbda_start[:] = -np.random.default_rng(8).uniform(0.0, 2.0, len(fluid.x))
+    fluid.lmbda_start[:10] = 0.0
+    return kernels
 
 
 @pytest.mark.parametrize("swollen", ["", "swollen_"])

@@ -184,7 +184,7 @@ class DensityConstraint(Effect):
                              f"{MAX_SUBSTEPS}; {cause}, or use shorter steps")
         return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle,
-            warm_start=(self.warm_start, TREND))
+                            warm_start=(self.warm_start, TREND))
 
     def tools(self, scheme):
         yield UnconvergedSteps(scheme, self)

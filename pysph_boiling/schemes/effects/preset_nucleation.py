@@ -126,8 +126,7 @@ class PresetNucleation(Effect):
                 for site in scene.sites if fluid == scene.fluids[0] else ():
                     yield Term("phases.activate", preset_nucleation.NucleationActivation(
                         site, list(scene.fluids), radius=self.radius * scene.spacing, reach=reach,
-                        embryo=self.embryo,
-                        seed=self.seed, T_sat=scene.material.T_sat, **up))
+                        embryo=self.embryo, seed=self.seed, T_sat=scene.material.T_sat, **up))
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
