@@ -25,11 +25,12 @@ from pysph.base.utils import get_particle_array
 from pysph_boiling.names import whole_number
 
 __all__ = [
-    "BASE_PROPERTIES", "NO_BUBBLE", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume", "box_vessel",
-    "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density", "positions",
-    "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
+    "BASE_PROPERTIES", "NO_BUBBLE", "ROUGHNESS", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume",
+    "box_vessel", "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density",
+    "positions", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
 ]
 
+ROUGHNESS = 0.3  # spacings: displacement of the particles of rough walls, at which a pool has no layers along them
 MAX_JITTER = 0.45  # spacings; wall particles stay half a spacing from the face, less this
 ROUGH_SHARE = 0.85  # of the Akinci mass; with it the level over rough walls is 0.2 % off in still water (2-D and 3-D)
 SITES_APART = 0.7  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
@@ -248,7 +249,8 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
     return volume
 
 
-def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None):
+def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None,
+               jitter=0.0, seed=0):
     """An array of boundary particles with Akinci volumes; the mass of each is rho0 times its volume.
 
     In hydrostatic columns over two layers of wall particles, the first layer of fluid settles 0.46 (2-D) and 0.50
@@ -258,14 +260,24 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
     ``T_heater`` [K], a number or (n,), sets the temperature of individual heaters; where it is 0 or not given, a heater
     has the temperature of the effect ``Heater``. ``domain`` is the ``DomainManager`` of a periodic domain.
 
+    Fluid packs in layers at a smooth wall. With ``jitter``, the amplitude of a uniform random displacement in spacings,
+    drawn from ``seed``, the wall is rough, and the layers are weak. Such walls have 0.85 times their Akinci masses.
+    These count one side only and so are 1.27 times that of a full packing, which holds the fluid off a wall that pushes
+    too little; rough walls are for the effect ``WallMultipliers``, with which a wall does not.
+
     The volumes are summed over this array only. Before the first step the scheme corrects the masses
     (:func:`weigh_walls`) for other wall arrays, and for a periodic domain that was not given here.
 
     Errors: ``ValueError`` for values of another shape or out of range.
     """
     points = _check_points(name, points, spacing)
-    h = hdx * spacing
-    volume = akinci_volume(points, kernel, h=h, dim=dim, domain=domain)
+    if not 0.0 <= jitter <= MAX_JITTER:
+        raise ValueError(f"jitter of the wall '{name}' must lie in [0, {MAX_JITTER}] spacings, got {jitter}")
+    if jitter:
+        points = points.copy()
+        points[:, :dim] += jitter * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, (len(points), dim))
+    h, share = hdx * spacing, ROUGH_SHARE if jitter else 1.0
+    volume = share * akinci_volume(points, kernel, h=h, dim=dim, domain=domain)
     x, y, z = points.T
     pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * volume, h=h, rho=rho0)
     pa.add_property("heated", type="int")
@@ -287,7 +299,7 @@ def weigh_walls(walls, *, kernel, dim, domain=None):
 
     :func:`wall_array` sums volumes over one array only, so they are too large where two arrays meet, or at the border
     of a periodic domain that it did not know. Masses that it did not compute are kept, since the user has set them.
-    Limits: only arrays of equal smoothing length are corrected.
+    Limits: only arrays of equal smoothing length are corrected, and no rough ones.
     """
     columns = [np.stack([pa.get(name, only_real_particles=True) for name in ("x", "y", "z", "h", "rho", "m")], -1)
                for pa in walls]
@@ -326,30 +338,12 @@ def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
             raise ValueError(f"{prop} of wall particle {worst} of '{name}' {must}, got {np.ravel(values)[worst]:g}")
 
 
-def _vessel(points, heated, *, jitter, seed, **common):
-    """The wall array of a vessel's particles at ``points``, some ``heated``, displaced by ``jitter`` spacings."""
-    spacing, dim = common["spacing"], common["dim"]
-    if not 0.0 <= jitter <= MAX_JITTER:
-        raise ValueError(f"jitter of a vessel must lie in [0, {MAX_JITTER}] spacings, got {jitter}")
-    if jitter:
-        points = points.copy()
-        points[:, :dim] += jitter * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, (len(points), dim))
-    wall = wall_array(points, heated=heated, **common)
-    if jitter:
-        wall.m *= ROUGH_SHARE
-    return wall
-
-
 def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall",
                jitter=0.0, seed=0):
     """Walls of an open box around ``lower`` .. ``upper`` [m]: a floor and sides, but no top.
 
-    The middle of the floor's first layer, ``heated_fraction`` of its width, is a heater.
-
-    Fluid packs in layers at a smooth wall. With ``jitter``, the amplitude of a uniform random displacement of the wall
-    particles in spacings, drawn from ``seed``, the wall is rough, and the layers are weak. Such walls have 0.85 times
-    their Akinci masses. These count one side only and so are 1.27 times that of a full packing, which holds the fluid
-    off a wall that pushes too little; rough walls are for the effect ``WallMultipliers``, with which a wall does not.
+    The middle of the floor's first layer, ``heated_fraction`` of its width, is a heater. With ``jitter`` the walls are
+    rough, as :func:`wall_array` says.
     """
     layers = whole_number("layers", layers, low=1)
     lower, upper = np.asarray(lower, float)[:dim], np.asarray(upper, float)[:dim]
@@ -366,8 +360,8 @@ def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, h
     near = np.abs(points[:, :up] - middle[:up]) < half_width
     top = (points[:, up] < lower[up]) & (points[:, up] > lower[up] - spacing)
     heated = np.all(near, axis=1) & top
-    return _vessel(points, heated, jitter=jitter, seed=seed, spacing=spacing, dim=dim, rho0=rho0, kernel=kernel,
-                   hdx=hdx, name=name)
+    return wall_array(points, heated=heated, jitter=jitter, seed=seed, spacing=spacing, dim=dim, rho0=rho0,
+                      kernel=kernel, hdx=hdx, name=name)
 
 
 def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall",
@@ -375,7 +369,7 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
     """Walls of an upright open cylinder (3-D) of ``radius`` and ``height`` [m]: the axis is z, the floor at z = 0.
 
     The middle of the floor's first layer, ``heated_fraction`` of its diameter, is a heater. ``jitter`` and ``seed`` are
-    those of :func:`box_vessel`. In 2-D use that one, since the section of a cylinder is a box.
+    those of :func:`wall_array`. In 2-D use :func:`box_vessel`, since the section of a cylinder is a box.
     """
     layers, points = whole_number("layers", layers, low=1), []
     for layer in range(layers):
@@ -392,8 +386,8 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
     points = np.concatenate(points)
     heated = (points[:, 2] > -spacing) & (points[:, 2] < 0.0)
     heated &= np.hypot(points[:, 0], points[:, 1]) < heated_fraction * radius
-    return _vessel(points, heated, jitter=jitter, seed=seed, spacing=spacing, dim=3, rho0=rho0, kernel=kernel, hdx=hdx,
-                   name=name)
+    return wall_array(points, heated=heated, jitter=jitter, seed=seed, spacing=spacing, dim=3, rho0=rho0,
+                      kernel=kernel, hdx=hdx, name=name)
 
 
 def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):

@@ -35,6 +35,7 @@ from pysph_boiling.schemes.effects import (
     Oscillation,
     PhaseChange,
     Venting,
+    WallMultipliers,
     XSPHViscosity,
     param,
 )
@@ -88,6 +89,7 @@ class ExplosiveBoiling(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
+            wall_multipliers=WallMultipliers(),
             artificial_pressure=ArtificialPressure(),
             heat=HeatConduction(time_scaling=p.time_scaling),
             phases=PhaseChange(),
@@ -109,7 +111,7 @@ class ExplosiveBoiling(SceneApplication):
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
         return [fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common),
-                box_vessel(lower, upper, kernel=scheme.kernel, **common)]
+                box_vessel(lower, upper, kernel=scheme.kernel, jitter=scheme.wall_jitter, **common)]
 
     def start_temperature(self, p):
         return WATER_1ATM.T_sat + np.array([p.superheat, -p.subcooling])

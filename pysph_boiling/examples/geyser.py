@@ -115,7 +115,7 @@ class Geyser(ExplosiveBoiling):
         points = points[near & ~self.inside(points, p)]
         r = np.linalg.norm(points[:, :up] / p.spacing - self.half(p), axis=1)
         floor = (points[:, up] < 0.0) & (points[:, up] > -p.spacing) & (r < p.chamber)
-        return wall_array(points, kernel=scheme.kernel, heated=floor, **common)
+        return wall_array(points, kernel=scheme.kernel, heated=floor, jitter=scheme.wall_jitter, **common)
 
     def start(self, arrays, p, scheme):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))

@@ -80,7 +80,7 @@ class RollingBoil(SteadyBoiling):
         common = dict(spacing=p.spacing, rho0=scheme.rho0, hdx=scheme.hdx)
         fluid = fluid_block(lower, surface, dim=p.dim, jitter=0.01, seed=p.seed, inside=lambda at: np.linalg.norm(
             at[:, :p.dim - 1], axis=1) < radius - 0.25 * p.spacing, **common)
-        vessel = dict(kernel=scheme.kernel, heated_fraction=p.heated, **common)
+        vessel = dict(kernel=scheme.kernel, heated_fraction=p.heated, jitter=scheme.wall_jitter, **common)
         if p.dim == 2:
             wall = box_vessel(lower, upper, dim=2, **vessel)
             points = sites_on_base(p.sites, lower=(-p.heated * radius, 0.0), upper=(p.heated * radius, 0.0), dim=2,

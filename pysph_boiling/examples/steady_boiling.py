@@ -38,6 +38,7 @@ from pysph_boiling.schemes.effects import (
     PresetNucleation,
     SiteAdhesion,
     Venting,
+    WallMultipliers,
     XSPHViscosity,
     param,
 )
@@ -95,6 +96,7 @@ class SteadyBoiling(SceneApplication):
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
+            wall_multipliers=WallMultipliers(),
             artificial_pressure=ArtificialPressure(),
             heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
@@ -115,7 +117,8 @@ class SteadyBoiling(SceneApplication):
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
         fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common)
-        wall = box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=p.heated, **common)
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=p.heated, jitter=scheme.wall_jitter,
+                          **common)
         middle, half = 0.5 * p.width * p.spacing, 0.5 * p.heated * p.width * p.spacing
         base_lower, base_upper = [middle - half] * 3, [middle + half] * 3
         base_lower[p.dim - 1] = base_upper[p.dim - 1] = 0.0

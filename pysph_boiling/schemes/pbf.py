@@ -13,6 +13,7 @@ from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
     PYSPH_PROPERTIES,
+    ROUGHNESS,
     WALL_PROPERTIES,
     add_properties,
     number,
@@ -189,6 +190,11 @@ class PBFScheme(Scheme):
         """(terms, why): the terms for the arrays that were set up, with lean sums, or the reason why without them."""
         terms, why = self.terms(), why_general(self, self.given)
         return (terms if why else lean_terms(terms, self)), why
+
+    @property
+    def wall_jitter(self):
+        """Displacement of the wall particles that goes with the effects [spacings]: rough walls with multipliers."""
+        return ROUGHNESS if "wall_multipliers" in self.effects else 0.0
 
     @property
     def reductions(self):

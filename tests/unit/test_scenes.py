@@ -9,6 +9,7 @@ from pysph_boiling.cli import main
 from pysph_boiling.examples import scene_class
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.names import option
+from pysph_boiling.particles import positions
 from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import AmbientLoss
@@ -39,6 +40,20 @@ def built(name, *options):
 def slots(name):
     scheme = PBFScheme if name == "dam_break" else BoilingScheme
     return scheme.slots
+
+
+@pytest.mark.parametrize("name", ["steady_boiling", "superheat_sites", "cooling", "rolling_boil", "explosive_boiling",
+                                  "geyser"])
+def test_boiling_scene_has_rough_walls_with_multipliers_and_smooth_ones_without(name):
+    def from_lattice(*options):
+        (wall,) = [pa for pa in built(name, *options).particles if pa.name == "wall"]
+        spacing = wall.h[0] / 1.2
+        shift = positions(wall)[:, :2] / spacing - 0.5
+        return np.abs(shift - shift.round())
+
+    rough = from_lattice()
+    assert 0.27 < rough.max() <= 0.3 and 0.12 < rough.mean() < 0.18  # uniform up to 0.3
+    assert from_lattice("--no-wall-multipliers").max() < 1e-9
 
 
 @pytest.mark.parametrize(("name", "slot"), [(name, slot) for name in SMALL for slot in slots(name)])
