@@ -12,7 +12,7 @@ from enum import IntEnum
 
 import numpy as np
 
-__all__ = ["EDGES", "Edge", "Phase", "at_saturation", "enthalpy", "temperature"]
+__all__ = ["EDGES", "Edge", "Phase", "at_saturation", "enthalpy", "heat_capacity", "temperature"]
 
 
 class Phase(IntEnum):
@@ -59,12 +59,23 @@ EDGES = (
 )
 
 
+def heat_capacity(held, material):
+    """Heat capacity [J/(kg K)] of liquid that holds the latent heat ``held`` [J/kg], (n,) or a number.
+
+    Liquid that holds the part x of its latent heat is a mixture of which x is vapour: c = c_l + (c_v - c_l) x. With the
+    capacity c_l of liquid alone, a particle that holds nearly L would become vapour of c_l/c_v = 2 times its superheat.
+    So its temperature is that of vapour where e_lat = L, and becoming vapour heats no particle whose superheat is below
+    L/(c_l - c_v) = 1055 K.
+    """
+    return material.c_l + (material.c_v - material.c_l) * np.clip(np.asarray(held) / material.L, 0.0, 1.0)
+
+
 def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     """Temperature [K] of particles, (n,); the NumPy equivalent of the kernel helper ``boiling_temperature``.
 
     A particle in transition is at T_sat while 0 <= e <= L. Its phase only changes at the end of the heat steps, so with
     an enthalpy outside this range it already warms or cools like the phase that it will enter. If it stayed at T_sat,
-    it would absorb heat without limit.
+    it would absorb heat without limit. The capacity of superheated liquid is :func:`heat_capacity`.
 
     Parameters
     ----------
@@ -76,10 +87,10 @@ def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
         is latent heat.
     """
     e, phase = np.asarray(e, dtype=float), np.asarray(phase)
-    excess = np.where(e < 0.0, e, np.maximum(e - e_lat, 0.0))
-    liquid = material.T_sat + excess / material.c_l
+    below = material.T_sat + np.minimum(e, 0.0) / material.c_l
+    liquid = below + np.maximum(e - e_lat, 0.0) / heat_capacity(e_lat, material)
     vapour = material.T_sat + np.where(e < material.L, subcooling, 1.0) * (e - material.L) / material.c_v
-    transition = material.T_sat + np.minimum(e, 0.0) / material.c_l + np.maximum(e - material.L, 0.0) / material.c_v
+    transition = below + np.maximum(e - material.L, 0.0) / material.c_v
     return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, transition, liquid))
 
 

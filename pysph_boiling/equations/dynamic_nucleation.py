@@ -4,7 +4,8 @@ The region of a superheated particle consists of this particle and the superheat
 literally, the paper lets the regions of neighbours overlap and use the same heat several times. Here a region only
 fires if its claim is the strongest one on each of its members, so that the regions that fire in one step are disjoint.
 The heat of a region is its sensible heat, ``e - held``. Latent heat held since an interruption does not raise the
-temperature and causes no burst; it only reduces the heat needed to vaporise its own particle.
+temperature and causes no burst; it only reduces the heat needed to vaporise its own particle. It also lowers the heat
+capacity of its particle, which the sums count in units of c_l as w = c/c_l, 1 where no heat is held.
 
 The equations stand in one group each, in this order: :class:`NucleationHeld` (if latent heat is held at all),
 :class:`NucleationRegion`, :class:`NucleationClaim`, then :class:`NucleationFire` with :class:`NucleationChoice`, and
@@ -16,7 +17,7 @@ from math import floor
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-from pysph_boiling.equations.helpers import boiling_temperature
+from pysph_boiling.equations.helpers import boiling_capacity, boiling_temperature
 from pysph_boiling.equations.phase_change import PhaseEquation
 
 __all__ = [
@@ -63,18 +64,19 @@ class NucleationHeld(Equation):
 class NucleationRegion(Equation):
     r"""Sensible heat of the region around each superheated particle, if it is enough to fire, and the particle's keys.
 
-    .. math::  Q_i = \sum_j m_j (e_j - e^{held}_j) > q_{crit} m_p L + e_{crit} \sum_j m_j, \qquad Q_i \ge m_p L
+    .. math::  Q_i = \sum_j m_j (e_j - e^{held}_j) > q_{crit} m_p L + e_{crit} \sum_j w_j m_j, \qquad Q_i \ge m_p L
 
     Source: the paper, section 3.2.2, eq. 5: c (T - T_sat) = e - e_held. Differs: Q is summed in whole units of
-    2^-24 m_p L, so it is exact.
+    2^-24 m_p L, so it is exact. The second threshold is a mean superheat, e_crit/c_l, weighted by heat capacity.
 
     Parameters
     ----------
     radius : float   Radius of a region [m], > 0.
     m_p : float      Mass of a particle of the rest lattice [kg].
     L : float        Latent heat [J/kg].
+    c_l, c_v : float  Specific heat capacity of liquid and vapour [J/(kg K)].
     q_crit : float   Threshold in units of m_p L [-], >= 0.
-    e_crit : float   Threshold for the mean sensible heat of the region [J/kg], >= 0.
+    e_crit : float   Threshold for the mean sensible heat of the region, were it all liquid [J/kg], >= 0.
     stream : int     Stream of the random numbers, even; the next stream is used too.
 
     Reads    d_uid, d_phase, s_phase, s_m [kg], s_e, s_held [J/kg], positions; constant ``steps``.
@@ -83,7 +85,7 @@ class NucleationRegion(Equation):
     Limits   Needs double precision.
     """
 
-    def __init__(self, dest, sources, radius, m_p, L, q_crit, e_crit, stream):
+    def __init__(self, dest, sources, radius, m_p, L, c_l, c_v, q_crit, e_crit, stream):
         if not radius > 0.0:
             raise ValueError(f"radius of a region must be > 0 m, got {radius} m")
         if not (q_crit >= 0.0 and e_crit >= 0.0):
@@ -91,13 +93,15 @@ class NucleationRegion(Equation):
         self.radius2 = float(radius) * float(radius)
         self.m_p = float(m_p)
         self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
         self.q_crit = float(q_crit) * 16777216.0
         self.e_crit = float(e_crit) / float(L)
         self.stream = int(stream)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
-        return [nucleation_key, nucleation_units]
+        return [boiling_capacity, nucleation_key, nucleation_units]
 
     def initialize(self, d_idx, d_uid, d_phase, d_steps, d_region_heat, d_fire_key, d_pick_key):
         count = declare('long')
@@ -123,7 +127,8 @@ class NucleationRegion(Equation):
                     if rx*rx + ry*ry + rz*rz < self.radius2:
                         share = s_m[s_idx] / self.m_p
                         heat += nucleation_units(share * (s_e[s_idx] - s_held[s_idx]) / self.L)
-                        mass += nucleation_units(share)
+                        c = boiling_capacity(s_held[s_idx], self.L, self.c_l, self.c_v)
+                        mass += nucleation_units(share * (c/self.c_l))
             if heat > self.q_crit + self.e_crit*mass and heat >= 16777216.0:
                 d_region_heat[d_idx] = heat
 
@@ -207,9 +212,9 @@ class NucleationChoice(Equation):
 
     Members are taken in the order of their keys while :math:`\sum m (L - e^{held}) \le Q`; those with a key up to
     ``cut`` are chosen. Sorting by random keys has the distribution of a Fisher-Yates shuffle. The chosen members get L;
-    the others keep the latent heat they hold and share the remaining sensible heat,
+    the others keep the latent heat they hold and share the remaining sensible heat so that all are equally hot,
 
-    .. math::  e - e^{held} = \Big(Q - \sum_{chosen} m (L - e^{held})\Big) / \sum_{others} m
+    .. math::  e - e^{held} = w \Big(Q - \sum_{chosen} m (L - e^{held})\Big) / \sum_{others} w m
 
     If there are no others, the chosen share it. If already the first member needs too much heat, the region does not
     fire.
@@ -218,24 +223,26 @@ class NucleationChoice(Equation):
 
     Parameters
     ----------
-    radius, m_p, L : float   As :class:`NucleationRegion`.
+    radius, m_p, L, c_l, c_v : float   As :class:`NucleationRegion`.
 
     Reads    d_region_heat [2^-24 m_p L], s_pick_key, s_phase, s_m [kg], s_e, s_held [J/kg], positions.
     Writes   d_fires, d_fired (count), d_cut (-1 if the region does not fire), d_e_chosen (enthalpy), d_e_others
-    (sensible heat) [J/kg], own index only.
+    (sensible heat of liquid as hot as the others) [J/kg], own index only.
     Needs    NucleationFire before it in the same group.
     Limits   Q is exact to 2^-25 m_p L for each member, so if Q is only just enough for the chosen members, the others
     may end some J/kg (1 mK) below saturation.
     """
 
-    def __init__(self, dest, sources, radius, m_p, L):
+    def __init__(self, dest, sources, radius, m_p, L, c_l, c_v):
         self.radius2 = float(radius) * float(radius)
         self.m_p = float(m_p)
         self.L = float(L)
+        self.c_l = float(c_l)
+        self.c_v = float(c_v)
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
-        return [nucleation_units]
+        return [boiling_capacity, nucleation_units]
 
     def loop_all(self, d_idx, d_region_heat, d_fires, d_fired, d_cut, d_e_chosen, d_e_others, d_x, d_y, d_z,
                  s_pick_key, s_phase, s_m, s_e, s_held, s_x, s_y, s_z, NBRS, N_NBRS):
@@ -265,7 +272,8 @@ class NucleationChoice(Equation):
                     if rx*rx + ry*ry + rz*rz < self.radius2:
                         heat += s_m[s_idx] * (s_e[s_idx] - s_held[s_idx])
                         if s_pick_key[s_idx] > cut:
-                            others += s_m[s_idx]
+                            c = boiling_capacity(s_held[s_idx], self.L, self.c_l, self.c_v)
+                            others += s_m[s_idx] * (c/self.c_l)
                             if s_pick_key[s_idx] < key:
                                 key = s_pick_key[s_idx]
                                 units = nucleation_units(s_m[s_idx] / self.m_p * (self.L - s_held[s_idx]) / self.L)
@@ -324,7 +332,8 @@ class NucleationShare(PhaseEquation):
                     rz = d_z[d_idx] - s_z[s_idx]
                     if rx*rx + ry*ry + rz*rz < self.radius2:
                         d_member[d_idx] += 1
-                        d_e[d_idx] = d_held[d_idx] + s_e_others[s_idx]
+                        c = boiling_capacity(d_held[d_idx], self.L, self.c_l, self.c_v)
+                        d_e[d_idx] = d_held[d_idx] + s_e_others[s_idx] * (c/self.c_l)
                         if d_pick_key[d_idx] <= s_cut[s_idx]:
                             d_e[d_idx] = s_e_chosen[s_idx]
                             state = 3

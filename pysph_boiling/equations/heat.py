@@ -271,8 +271,9 @@ class HeatAmbientLoss(Equation):
     rho0 : float          Rest density [kg/m^3], > 0.
     threshold : float     Smallest gradient that counts as a surface [1/m], > 0.
     factor : float        Calibration a [-], > 0.
-    c : float             Specific heat capacity of the liquid [J/(kg K)], > 0.
-    c_vapour : float      That of the vapour [J/(kg K)], > 0.
+    c, k : float          Specific heat capacity [J/(kg K)] and conductivity [W/(m K)] of the liquid, > 0. Liquid with
+        another conductivity has the same diffusivity, so its capacity is c d_k/k (see :class:`PhaseTemperature`).
+    c_vapour : float      Specific heat capacity of the vapour [J/(kg K)], > 0.
     k_liquid_min : float  A particle with k < k_liquid_min is vapour [W/(m K)].
     e_hot : float         Enthalpy of vapour at T_a [J/kg], where that lies above saturation.
 
@@ -283,18 +284,19 @@ class HeatAmbientLoss(Equation):
     (measured). Latent heat is lost in the same way, at most c (T_sat - T_a) per heat step.
     """
 
-    def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor, c, c_vapour=1.0,
+    def __init__(self, dest, sources, coefficient, T_ambient, rho0, threshold, factor, c, k, c_vapour=1.0,
                  k_liquid_min=0.0, e_hot=1e30):
         if not coefficient >= 0.0:
             raise ValueError(f"heat transfer coefficient must be >= 0 W/(m^2 K), got {coefficient}")
         _positive(T_ambient=(T_ambient, "K"), rho0=(rho0, "kg/m^3"), threshold=(threshold, "1/m"), factor=(factor, ""),
-                  c=(c, "J/(kg K)"), c_vapour=(c_vapour, "J/(kg K)"))
+                  c=(c, "J/(kg K)"), k=(k, "W/(m K)"), c_vapour=(c_vapour, "J/(kg K)"))
         self.coefficient = float(coefficient)
         self.T_ambient = float(T_ambient)
         self.rho0 = float(rho0)
         self.threshold = float(threshold)
         self.factor = float(factor)
         self.c = float(c)
+        self.cond = float(k)
         self.c_vapour = float(c_vapour)
         self.k_liquid_min = float(k_liquid_min)
         self.e_hot = float(e_hot)
@@ -314,7 +316,7 @@ class HeatAmbientLoss(Equation):
     def post_loop(self, d_idx, d_gsx, d_gsy, d_gsz, d_ae, d_q_loss, d_heat_dt, d_e, d_T, d_k, d_m):
         size = sqrt(d_gsx[d_idx]*d_gsx[d_idx] + d_gsy[d_idx]*d_gsy[d_idx] + d_gsz[d_idx]*d_gsz[d_idx])
         if size > self.threshold:
-            c = self.c
+            c = self.c * (d_k[d_idx]/self.cond)
             if d_k[d_idx] < self.k_liquid_min:
                 c = self.c_vapour
             rate = self.coefficient * self.factor / self.rho0 * size / c

@@ -1,4 +1,4 @@
-"""Functions that kernels call: temperature from enthalpy, random numbers, and fast smoothing kernels.
+"""Functions that kernels call: heat capacity, temperature from enthalpy, random numbers, and fast smoothing kernels.
 
 They are compiled into each kernel that lists them in ``_get_helpers_``; default arguments define the C types.
 
@@ -7,7 +7,10 @@ vectorise the loops over neighbours; :func:`kernel_coefficients` has the kernels
 """
 from compyle.api import declare
 
-__all__ = ["boiling_kernel", "boiling_kernel_slope", "boiling_temperature", "boiling_uniform", "kernel_coefficients"]
+__all__ = [
+    "boiling_capacity", "boiling_kernel", "boiling_kernel_slope", "boiling_temperature", "boiling_uniform",
+    "kernel_coefficients",
+]
 
 
 def kernel_coefficients(kernel):
@@ -37,26 +40,26 @@ def boiling_kernel_slope(q=0.0, c3=0.0, c4=0.0, c5=0.0, c1=0.0):
     return -(t*t * (3.0*c3 + t*(4.0*c4 + t*5.0*c5)) + 3.0*c1*u*u) / max(q, 1e-9)
 
 
-def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=0.0, c_l=1.0, c_v=1.0, subcooling=1.0):
-    """Temperature [K] from specific enthalpy [J/kg]; the compiled twin of :func:`pysph_boiling.phases.temperature`."""
-    T = T_sat
+def boiling_capacity(held=0.0, L=1.0, c_l=1.0, c_v=1.0):
+    """Heat capacity [J/(kg K)] of liquid; the compiled twin of :func:`pysph_boiling.phases.heat_capacity`."""
+    return c_l + (c_v - c_l) * max(min(held / L, 1.0), 0.0)
+
+
+def boiling_temperature(e=0.0, e_lat=0.0, phase=0, T_sat=0.0, L=1.0, c_l=1.0, c_v=1.0, subcooling=1.0):
+    """Temperature [K] from specific enthalpy [J/kg]; the compiled twin of :func:`pysph_boiling.phases.temperature`.
+
+    A kernel that calls it lists :func:`boiling_capacity` before it in ``_get_helpers_``.
+    """
+    T = T_sat + min(e, 0.0) / c_l
     if phase == 1:
-        T = T_sat + min(e, 0.0) / c_l + max(e - L, 0.0) / c_v
-    if phase == 3:
+        T = T + max(e - L, 0.0) / c_v
+    elif phase == 3:
         if e < L:
             T = T_sat + subcooling * (e - L) / c_v
         else:
             T = T_sat + (e - L) / c_v
-    if phase == 0:
-        if e < 0.0:
-            T = T_sat + e / c_l
-        else:
-            T = T_sat + max(e - e_lat, 0.0) / c_l
-    if phase == 2:
-        if e < 0.0:
-            T = T_sat + e / c_l
-        else:
-            T = T_sat + max(e - e_lat, 0.0) / c_l
+    else:
+        T = T + max(e - e_lat, 0.0) / boiling_capacity(e_lat, L, c_l, c_v)
     return T
 
 

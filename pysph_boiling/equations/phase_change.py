@@ -7,7 +7,7 @@ neighbours, and the next one writes the new states. The integers are those of :c
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-from pysph_boiling.equations.helpers import boiling_temperature
+from pysph_boiling.equations.helpers import boiling_capacity, boiling_temperature
 
 __all__ = [
     "PhaseEdges", "PhaseEquation", "PhaseKineticReset", "PhaseTemperature", "PhaseTemperatureAfter",
@@ -38,14 +38,15 @@ class PhaseEquation(Equation):
         super().__init__(dest, sources)
 
     def _get_helpers_(self):
-        return [boiling_temperature]
+        return [boiling_capacity, boiling_temperature]
 
 
 class PhaseTemperature(PhaseEquation):
     r"""Temperature and conductivity of each particle by its phase; resets ``ae``.
 
-    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c_l above, where e_lat is
-    the latent heat held since an interruption.
+    The temperature of superheated liquid is T_sat for 0 <= e <= e_lat and T_sat + (e - e_lat)/c above, where e_lat is
+    the latent heat held since an interruption, and c = c_l + (c_v - c_l) e_lat/L that of a mixture with vapour. Its
+    conductivity is k_l c/c_l, so its diffusivity is that of liquid, and the heat step needs to be no shorter.
 
     Source: the paper, Table 2 and eq. 3: sensible heat changes T, latent heat does not. Held heat is ours: with e_lat =
     0, as in the paper, the temperature can jump by up to L/c_l = 535 K at an interruption.
@@ -67,6 +68,9 @@ class PhaseTemperature(PhaseEquation):
         d_T[d_idx] = boiling_temperature(d_e[d_idx], d_e_lat[d_idx], d_phase[d_idx], self.T_sat, self.L, self.c_l,
                                          self.c_v, self.subcooling)
         d_k[d_idx] = self.k_l
+        if d_phase[d_idx] == 2:
+            c = boiling_capacity(min(d_e[d_idx], d_e_lat[d_idx]), self.L, self.c_l, self.c_v)
+            d_k[d_idx] = self.k_l * (c/self.c_l)
         if d_phase[d_idx] == 3:
             d_k[d_idx] = self.k_v
         d_ae[d_idx] = 0.0

@@ -108,6 +108,11 @@ def neighbourhood(pool):
     return near & hot & hot[:, None]
 
 
+def capacity(held):
+    """Heat capacity [J/(kg K)] of liquid and vapour mixed, (n,), where the vapour is worth the heat it holds."""
+    return (1.0 - held / L) * WATER.c_l + held / L * WATER.c_v
+
+
 def reference(pool, count):
     """(phase, e, regions): the state after one evaluation, and the members of each region that fires, by its centre.
 
@@ -115,11 +120,11 @@ def reference(pool, count):
     """
     m, e, phase, uid = (pool.get(name) for name in ("m", "e", "phase", "uid"))
     effect, near, held = pool.scheme.effects["dynamic_nucleation"], neighbourhood(pool), pool.held
-    unit = [units(mass / M_P) for mass in m], [units(mass / M_P * heat / L) for mass, heat in zip(m, e - held)]
-    mass, heat = (near @ np.array(row, float) for row in unit)  # whole numbers: exact
+    unit = [units(mass / M_P * heat / L) for mass, heat in zip(m, e - held)]
+    heat, c = near @ np.array(unit, float), capacity(held)  # whole numbers: exact
     cost = [units(mass / M_P * (L - mine) / L) for mass, mine in zip(m, held)]
     if effect.superheat_limit is not None:
-        enough = heat > WATER.c_l * effect.superheat_limit / L * mass
+        enough = heat / 2**24 * M_P * L > effect.superheat_limit * (near @ (m * c))
     else:
         enough = heat > (10.0 if effect.q_crit is None else effect.q_crit) * 2**24
     candidates = np.flatnonzero(enough & (heat >= 2**24))
@@ -139,7 +144,7 @@ def reference(pool, count):
         chosen, others = order[:n], order[n:]
         left = np.dot(m[members], (e - held)[members]) - np.dot(m[chosen], L - held[chosen])
         if others:
-            e[others] = held[others] + left / m[others].sum()
+            e[others] = held[others] + c[others] * left / np.dot(m[others], c[others])  # equally hot
             e[chosen] = L
         else:
             e[chosen] = L + left / m[chosen].sum()
@@ -413,7 +418,8 @@ def test_latent_heat_that_is_held_pays_for_its_own_particle():
     rest = pool.get("phase") == SUPERHEATED
     np.testing.assert_allclose(pool.get("e_lat")[rest], 0.4 * L, rtol=1e-15)
     np.testing.assert_allclose(pool.get("e")[rest], (0.4 + 0.125) * L, rtol=1e-14)
-    np.testing.assert_allclose(pool.get("T")[rest], WATER.T_sat + 0.125 * L / WATER.c_l, rtol=1e-14)
+    superheat = 0.125 * L / (0.6 * WATER.c_l + 0.4 * WATER.c_v)
+    np.testing.assert_allclose(pool.get("T")[rest], WATER.T_sat + superheat, rtol=1e-14)
     assert pool.get("e_lat")[~rest] == 0.0 and pool.get("e")[~rest] == L
 
 
@@ -424,6 +430,21 @@ def test_who_holds_more_is_cheaper_and_who_has_cooled_holds_less():
     before = pool.heat
     assert compare(pool) == (1, 3) or pool.get("burst").sum() > 2.5  # 2.5 m_p L of sensible heat
     assert pool.heat == pytest.approx(before, rel=1e-15)
+
+
+@pytest.mark.parametrize("limit, fires", [(159.5, True), (160.5, False)])
+def test_threshold_is_a_superheat_whatever_is_held_and_those_left_are_equally_hot(limit, fires):
+    """At 160 K, of particles that hold 0 to 0.9 L; their own heat pays for at least one of them."""
+    held = np.linspace(0.0, 0.9, 5)
+    pool = Pool(ROW, held + capacity(L * held) * 160.0 / L, dim=2, radius=2.4, superheat_limit=limit, e_lat=held)
+    condition = pool.scheme.effects["dynamic_nucleation"].conditions(pool.scheme.scene())["dynamic_nucleation"]
+    assert condition([pool.pa]) is fires
+    regions, burst = compare(pool, 2)
+    assert (regions, burst > 0) == (int(fires), fires)
+    rest = pool.get("T")[pool.get("phase") == SUPERHEATED]
+    if fires:
+        assert len(rest) >= 2 and WATER.T_sat < rest[0] < WATER.T_sat + 159.0
+        np.testing.assert_allclose(rest, rest[0], rtol=1e-14)
 
 
 def test_policy_of_interruptions_decides_whether_there_is_held_heat():
@@ -467,12 +488,17 @@ def test_stage_runs_only_when_a_region_might_fire():
     (dict(superheat_limit=200.0), 0.37, False), (dict(superheat_limit=200.0), 0.38, True),  # 198 K, 203 K
     (dict(superheat_limit=15.0), 0.03, False),
 ])
-def test_condition_of_the_stage(burst, e, needed):
+@pytest.mark.parametrize("held", [0.0, 0.5, 0.9])  # what is held is not counted, but makes hotter
+def test_condition_of_the_stage(burst, e, needed, held):
     scheme = boiling(3, **burst)
     pa = fluid_array(lattice(4)[:40], spacing=1.0, dim=3, rho0=WATER.rho_l)
     scheme.setup_properties([pa])
     pa.phase[:] = np.r_[[SUPERHEATED] * 30, [VAPOUR] * 10]
-    pa.e[:] = np.r_[[e * L] * 30, [9.0 * L] * 10]
+    if "superheat_limit" in burst:
+        e = e * capacity(held * L) / WATER.c_l
+        needed = needed and 30.0 * e > 1.0
+    pa.e[:] = np.r_[[(held + e) * L] * 30, [9.0 * L] * 10]
+    pa.e_lat[:30] = held * L
     condition = scheme.effects["dynamic_nucleation"].conditions(scheme.scene())["dynamic_nucleation"]
     assert condition([pa]) is needed
 

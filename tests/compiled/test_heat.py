@@ -46,8 +46,8 @@ def compile_heat(fluid, wall, *, dim, spacing, hdx=1.2, domain=None, threshold=A
 
     def loss(coefficient, **more):
         return [heat.HeatAmbientLoss(
-            "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, c_vapour=DRY,
-            k_liquid_min=K_LIQUID_MIN, threshold=threshold / spacing, factor=loss_factor, **more),
+            "fluid", ["fluid"], coefficient=coefficient, T_ambient=T_AMBIENT, rho0=RHO0, c=CAPACITY, k=CONDUCTIVITY,
+            c_vapour=DRY, k_liquid_min=K_LIQUID_MIN, threshold=threshold / spacing, factor=loss_factor, **more),
             heat.HeatAmbientWall("fluid", ["wall"], spacing=spacing, dim=dim)]
 
     kernels = Kernels([fluid, wall], {
@@ -345,7 +345,8 @@ def test_ambient_loss_equals_the_reference(kernels, group, coefficient):
     surface = size > CLOUD_THRESHOLD / kernels.spacing
     assert 5 < surface.sum() < N_FLUID - 5
     area = kernels.loss_factor * m / RHO0 * size * surface
-    c = np.where(fluid.k >= K_LIQUID_MIN, CAPACITY, DRY)
+    diffusivity = CONDUCTIVITY / (RHO0 * CAPACITY)  # of all liquid, whatever its conductivity
+    c = np.where(fluid.k >= K_LIQUID_MIN, fluid.k / (RHO0 * diffusivity), DRY)
     fluid.ae[:] = before = c * np.random.default_rng(4).normal(0.0, 20.0, N_FLUID) / HEAT_DT
     T = fluid.T + HEAT_DT * before / c
     share = -np.expm1(-coefficient * area / (m * c) * HEAT_DT)

@@ -163,12 +163,17 @@ def test_all_edges_see_the_same_old_state(cases):
 def test_temperature_and_conductivity_of_random_states(cases):
     random = np.random.default_rng(1)
     phase, e, e_lat = random.integers(0, 4, N), random.uniform(-L, 2.0 * L, N), random.uniform(0.0, L, N)
+    e_lat = e_lat * (phase == Phase.SUPERHEATED) * cases.hold  # no other state holds heat back
     cases.set(phase, e, e_lat=e_lat)
     cases.stepper.run_stage("heat")
     T, k, after = cases.get("T", "k", "e")
-    twin = temperature(e, phase, WATER, e_lat if cases.hold else 0.0)
-    np.testing.assert_allclose(T, twin, rtol=4e-16)  # 2 ulp: the same three operations
-    np.testing.assert_array_equal(k, np.where(phase == Phase.VAPOUR, WATER.k_v, WATER.k_l))
+    np.testing.assert_allclose(T, temperature(e, phase, WATER, e_lat), rtol=4e-16)  # 2 ulp: the same operations
+    pure = (e_lat == 0.0) | (e <= 0.0)
+    np.testing.assert_array_equal(k[pure], np.where(phase == Phase.VAPOUR, WATER.k_v, WATER.k_l)[pure])
+    x = np.minimum(e, e_lat)[~pure] / L  # of a mixture, the part that is vapour; its diffusivity is that of liquid
+    capacity = (1.0 - x) * WATER.c_l + x * WATER.c_v
+    np.testing.assert_allclose(k[~pure] / capacity, WATER.k_l / WATER.c_l, rtol=1e-14)
+    assert np.ptp(x) > 0.8 if cases.hold else len(x) == 0
     np.testing.assert_array_equal(after, e)  # nothing to exchange with
 
 
@@ -181,6 +186,20 @@ def test_temperature_is_that_of_the_enthalpy_after_a_heat_step(cases):
     T, after = cases.get("T", "e")
     assert np.all(after > e + 1e-9 * L) and np.all(after < 0.0)
     np.testing.assert_allclose(T, temperature(after, Phase.LIQUID, WATER), rtol=4e-16)
+
+
+def test_becoming_vapour_heats_nothing(cases):
+    """Liquid that holds any part of its latent heat, so hot that it becomes vapour as soon as a site is near."""
+    x, superheat = np.meshgrid(np.linspace(0.0, 1.0, 12) * cases.hold, np.linspace(10.0, 1050.0, 16))
+    e = L * x + ((1.0 - x) * WATER.c_l + x * WATER.c_v) * superheat
+    x, superheat, e = (values[e >= L] for values in (x, superheat, e))
+    cases.set(Phase.SUPERHEATED, e, "site", L * x)
+    cases.stepper.run_stage("heat")
+    np.testing.assert_allclose(cases.get("T")[0], T_SAT + superheat, rtol=1e-13)
+    for state in (Phase.TRANSITION, Phase.VAPOUR):
+        np.testing.assert_array_equal(cases.run(), state)
+        np.testing.assert_allclose(cases.get("T")[0], T_SAT + (e - L) / WATER.c_v, rtol=1e-13)
+        assert np.all(cases.get("T")[0] <= T_SAT + superheat + 1e-9)  # K, round-off
 
 
 # --- interruption and resumption --------------------------------------------------------------------------------------
@@ -211,7 +230,7 @@ def test_interruption_and_resumption_at_a_site(cases):
     for _ in range(2):
         assert state(site=FAR) == (Phase.SUPERHEATED, close(jump), 0, 1)
         assert held() == (e if cases.hold else 0.0)
-    dT = 0.1 * L / WATER.c_l
+    dT = 0.1 * L / (0.6 * WATER.c_l + 0.4 * WATER.c_v if cases.hold else WATER.c_l)  # 0.4 of what holds it is vapour
     assert state(+0.1 * L) == (Phase.SUPERHEATED, close(jump + dT), 0, 1)
     cooler = state(-0.2 * L)  # below what was stored
     assert cooler == (Phase.SUPERHEATED, close(0.0 if cases.hold else jump - dT), 0, 1)

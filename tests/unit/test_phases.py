@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pysph_boiling.equations import phase_change
-from pysph_boiling.equations.helpers import boiling_temperature
+from pysph_boiling.equations.helpers import boiling_capacity, boiling_temperature
 from pysph_boiling.materials import WATER_1ATM as WATER
-from pysph_boiling.phases import EDGES, Phase, enthalpy, temperature
+from pysph_boiling.phases import EDGES, Phase, enthalpy, heat_capacity, temperature
+from pysph_boiling.schemes.effects import HeatConduction
 
 L, T_SAT, C_V = WATER.L, WATER.T_sat, WATER.c_v
 PARTS = {"negative": {"negative"}, "stored": {"stored"}, "full": {"full"}, "not negative": {"stored", "full"},
@@ -39,7 +40,9 @@ def test_enthalpy_of_saturated_liquid_is_zero_and_slopes_by_its_heat_capacity():
     (L - C_V, Phase.VAPOUR, 0.0, T_SAT - 1.0),
     (0.3 * L, Phase.SUPERHEATED, 0.5 * L, T_SAT),  # held: nothing shows up to e_lat
     (0.5 * L, Phase.SUPERHEATED, 0.5 * L, T_SAT),
-    (0.5 * L + 4216.0, Phase.SUPERHEATED, 0.5 * L, T_SAT + 1.0),
+    (0.5 * L + 0.5 * (4216.0 + 2077.0), Phase.SUPERHEATED, 0.5 * L, T_SAT + 1.0),  # half of it is vapour
+    (0.9 * L + 421.6 + 1869.3, Phase.SUPERHEATED, 0.9 * L, T_SAT + 1.0),
+    (L + C_V, Phase.SUPERHEATED, L, T_SAT + 1.0),
     (-4216.0, Phase.SUPERHEATED, 0.5 * L, T_SAT - 1.0),
 ])
 def test_temperature_of_each_state(e, phase, e_lat, T):
@@ -56,6 +59,61 @@ def test_temperature_is_continuous_where_its_reading_changes():
                      around(0.4 * L, Phase.SUPERHEATED, Phase.SUPERHEATED, 0.4 * L),
                      around(0.0, Phase.LIQUID, Phase.SUPERHEATED, 0.4 * L)):
         np.testing.assert_allclose(readings, T_SAT, atol=1e-9)  # 1e-6 J/kg over c
+
+
+HELD, SUPERHEAT = np.meshgrid(np.linspace(0.0, L, 41), np.linspace(0.0, WATER.T_crit - T_SAT, 41))
+
+
+def mixture(held, superheat):
+    """Enthalpy [J/kg]: saturated liquid, what it holds, and the superheat of both of its parts."""
+    x = held / L
+    return held + (1.0 - x) * WATER.c_l * superheat + x * C_V * superheat
+
+
+def test_temperature_of_what_holds_latent_heat_is_that_of_a_mixture_of_liquid_and_vapour():
+    T = temperature(mixture(HELD, SUPERHEAT), Phase.SUPERHEATED, WATER, HELD)
+    np.testing.assert_allclose(T, T_SAT + SUPERHEAT, rtol=1e-14)
+
+
+def test_becoming_vapour_heats_nothing():
+    """From no superheat up to the critical point, with any held heat; with all of it, T stays as it is."""
+    e = mixture(HELD, SUPERHEAT)
+    gain = temperature(e, Phase.VAPOUR, WATER) - temperature(e, Phase.SUPERHEATED, WATER, HELD)
+    assert gain.max() <= 1e-10  # K, round-off
+    np.testing.assert_allclose(gain[HELD == L], 0.0, atol=1e-10)
+    np.testing.assert_array_less(gain[HELD < L], -10.0)  # at least L/40 is lacking
+
+
+def test_superheat_up_to_which_becoming_vapour_heats_nothing():
+    bound = L / (WATER.c_l - C_V)
+    assert bound == pytest.approx(1055.2, abs=0.1) and bound > WATER.T_crit - T_SAT
+    held = HELD[0, 1:-1]
+    for superheat, sign in ((bound - 1.0, -1.0), (bound + 1.0, 1.0)):
+        assert np.all(sign * (temperature(mixture(held, superheat), Phase.VAPOUR, WATER) - T_SAT - superheat) > 0.0)
+
+
+def test_heat_capacity_without_held_heat_is_exactly_that_of_liquid():
+    assert heat_capacity(0.0, WATER) == boiling_capacity(0.0, L, WATER.c_l, C_V) == WATER.c_l
+    np.testing.assert_array_equal(heat_capacity([-L, 2.0 * L], WATER), [WATER.c_l, heat_capacity(L, WATER)])
+
+
+@pytest.mark.parametrize("c_v", [0.05, 0.5, 2.0])
+def test_liquid_counts_as_wet_whatever_it_holds(c_v):
+    """Its conductivity goes with its heat capacity, but stays above what counts as vapour."""
+    material, heat = WATER.with_(c_v=c_v * WATER.c_l), HeatConduction(time_scaling=800.0)
+    state = dict(T_sat=T_SAT, L=L, c_l=material.c_l, c_v=material.c_v)
+    kernel = phase_change.PhaseTemperature("fluid", None, **state, k_l=heat.conductivity(material.k_l),
+                                           k_v=heat.conductivity(material.k_v))
+    e_lat = np.linspace(0.0, L, 9)
+    particles = dict(d_e=e_lat + 1e4, d_e_lat=e_lat, d_phase=np.full(9, Phase.SUPERHEATED), d_T=np.zeros(9),
+                     d_k=np.zeros(9), d_ae=np.zeros(9))
+    for i in range(9):
+        kernel.initialize(i, **particles)
+    k = particles["d_k"]
+    diffusivity = k / heat_capacity(e_lat, material)
+    np.testing.assert_allclose(diffusivity, heat.conductivity(material.k_l) / material.c_l, rtol=1e-14)
+    assert k[0] == heat.conductivity(material.k_l)  # to the last bit
+    assert heat.conductivity(material.k_v) < 0.9 * heat.k_liquid_min(material) and heat.k_liquid_min(material) < k.min()
 
 
 @pytest.mark.parametrize("e, T", [(-L, T_SAT), (0.0, T_SAT), (L - 1.0, T_SAT), (L, T_SAT), (L + C_V, T_SAT + 1.0)])

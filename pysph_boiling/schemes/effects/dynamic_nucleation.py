@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pysph_boiling.device import largest, summed, values
+from pysph_boiling.device import largest, positive, summed, values
 from pysph_boiling.equations import dynamic_nucleation
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property
@@ -29,7 +29,8 @@ class DynamicNucleation(Effect):
 
     The heat of a region is the sum of c (T - T_sat). Latent heat held by interrupted particles does not count; it only
     reduces the heat needed to vaporise the particle that holds it, so a region may make more vapour than its sensible
-    heat alone allows.
+    heat alone allows. A mean superheat is weighted by the heat capacities c, and particles that stay superheated end
+    equally hot.
     """
 
     slot: ClassVar[str] = "dynamic_nucleation"
@@ -106,7 +107,7 @@ class DynamicNucleation(Effect):
             Property("fires", "-", "1 where the region fires", "int"),
             Property("cut", "-", "largest pick_key that the region chooses; -1 if it does not fire"),
             Property("e_chosen", "J/kg", "enthalpy of the chosen particles of the region"),
-            Property("e_others", "J/kg", "sensible heat of the other particles of the region"),
+            Property("e_others", "J/kg", "sensible heat of liquid as hot as the other particles of the region"),
             Property("member", "-", "number of firing regions with this particle, 0 or 1", "int"),
             Property("fired", "-", "times the region of the particle fired", "int", True, True),
             Property("burst", "-", "times the particle became vapour by dynamic nucleation", "int", True, True),
@@ -124,25 +125,27 @@ class DynamicNucleation(Effect):
     def conditions(self, scene):
         q_crit, e_crit = self.threshold(scene)
         hold = scene.effects["phases"].interrupt == "hold"
+        lost = (1.0 - scene.material.c_v / scene.material.c_l) / scene.material.L  # of the heat capacity, by held heat
         least = 0.999 * max(q_crit, 1.0) * scene.particle_mass * scene.material.L  # sums differ by round-off
 
         def enough(arrays):
-            heat, hottest = 0.0, 0.0
+            heat, beyond = 0.0, -np.inf
             for pa in arrays:
-                excess, hot = values(pa, "e"), values(pa, "phase") == Phase.SUPERHEATED.value
+                sensible, needed, hot = values(pa, "e"), e_crit, values(pa, "phase") == Phase.SUPERHEATED.value
                 if hold:
-                    excess = excess - values(pa, "e_lat")
-                    excess = 0.5 * (excess + abs(excess))  # max(excess, 0), which devices do not have
-                heat += summed(values(pa, "m") * excess, hot)
-                hottest = max(hottest, largest(excess, hot))
-            return ranks.total(heat) >= least and ranks.largest(hottest) >= e_crit
+                    e_lat = values(pa, "e_lat")
+                    sensible, needed = positive(sensible - e_lat), e_crit * (1.0 - lost * e_lat)
+                heat += summed(values(pa, "m") * sensible, hot)
+                beyond = max(beyond, largest(sensible - needed, hot, default=-np.inf))
+            return ranks.total(heat) >= least and ranks.largest(beyond) >= 0.0
 
         return {"dynamic_nucleation": enough}
 
     def terms(self, scene, fluid):
         material, fluids = scene.material, list(scene.fluids)
         q_crit, e_crit = self.threshold(scene)
-        region, heat = dict(radius=self.reach(scene)), dict(m_p=scene.particle_mass, L=material.L)
+        region, capacities = dict(radius=self.reach(scene)), dict(c_l=material.c_l, c_v=material.c_v)
+        heat = dict(m_p=scene.particle_mass, L=material.L, **capacities)
         subcooling = scene.effects["condensation"].subcooling if "condensation" in scene.effects else 1.0
         hold = scene.effects["phases"].interrupt == "hold"
         if hold:
@@ -153,7 +156,6 @@ class DynamicNucleation(Effect):
         yield Term("dynamic_nucleation.fire", dynamic_nucleation.NucleationFire(fluid, fluids, **region))
         yield Term("dynamic_nucleation.fire", dynamic_nucleation.NucleationChoice(fluid, fluids, **region, **heat))
         yield Term("dynamic_nucleation.share", dynamic_nucleation.NucleationShare(
-            fluid, fluids, T_sat=material.T_sat, L=material.L, c_l=material.c_l, c_v=material.c_v,
-            subcooling=subcooling, **region))
+            fluid, fluids, T_sat=material.T_sat, L=material.L, subcooling=subcooling, **capacities, **region))
         if hold:
             yield Term("dynamic_nucleation.share", dynamic_nucleation.NucleationRelease(fluid, None))

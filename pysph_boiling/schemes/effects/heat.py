@@ -9,6 +9,7 @@ from pysph.solver.tools import Tool
 from pysph_boiling.equations import heat
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, check_heaters, vector
+from pysph_boiling.phases import heat_capacity
 from pysph_boiling.schemes.effects.base import (
     Column,
     Effect,
@@ -59,8 +60,12 @@ class HeatConduction(Effect):
         return k * self.time_scaling * self.enhancement
 
     def k_liquid_min(self, material):
-        """Effective conductivity between those of liquid and vapour [W/(m K)], their geometric mean."""
-        return math.sqrt(self.conductivity(material.k_l) * self.conductivity(material.k_v))
+        """Geometric mean of the effective conductivity of vapour and the least of liquid [W/(m K)].
+
+        The least is that of liquid that holds all of its latent heat, see ``PhaseTemperature``.
+        """
+        least = material.k_l * min(1.0, heat_capacity(material.L, material) / material.c_l)
+        return math.sqrt(self.conductivity(least) * self.conductivity(material.k_v))
 
     def properties(self, scene):
         rows = [
@@ -306,7 +311,8 @@ class AmbientLoss(Effect):
             fluid, list(scene.fluids),
             coefficient=self.coefficient * conduction.time_scaling, T_ambient=self.T_ambient, rho0=scene.rho0,
             threshold=self.THRESHOLD / scene.spacing, factor=self.factor(scene), c=material.c_l,
-            c_vapour=material.c_v, k_liquid_min=conduction.k_liquid_min(material) if "phases" in scene.effects else 0.0,
+            k=conduction.conductivity(material.k_l), c_vapour=material.c_v,
+            k_liquid_min=conduction.k_liquid_min(material) if "phases" in scene.effects else 0.0,
             **(dict(e_hot=material.L + material.c_v * above) if boils else {})))
         if scene.solids:
             yield Term("heat.exchange", heat.HeatAmbientWall(
