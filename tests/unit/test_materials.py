@@ -66,6 +66,7 @@ def _superheat(dim):
      math.sqrt(3 * 1.33 * ATMOSPHERE / WATER_1ATM.rho_l) / (2 * math.pi * 4e-3)),
     (r"L/c_v (?:= |\()([\d,]+) K", WATER_1ATM.L / WATER_1ATM.c_v),
     (r"L/c_l (?:= |\()([\d,]+) K", WATER_1ATM.L / WATER_1ATM.c_l),
+    (r"L/\(c_l - c_v\) = ([\d,]+) K", WATER_1ATM.L / (WATER_1ATM.c_l - WATER_1ATM.c_v)),
     (r"m_p L[:;] (\d+) K of superheat in 3-D", _superheat(3)),
     (r"in 3-D, (\d+) K \(past the critical point\) in 2-D", _superheat(2)),
     (r"(\d+) K for the 33 particles within 2 spacings", _superheat(3)),
