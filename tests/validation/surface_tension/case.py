@@ -5,15 +5,18 @@ from pysph_boiling.report.pictures import plot
 
 FINE = dict(spacing=0.001 / 1.5)  # 12 in a radius of 8 mm, which is 8 otherwise
 DEEP = dict(dim=3, spacing=0.0016, box=4.0, starts=2)  # 5
+DEEP_FINE = DEEP | dict(spacing=0.008 / 7.0)  # 7
+LONG = dict(jitter=0.5, stretch=1.4)  # at the start, in 3-D
 
 
 def run(quick):
     if quick:
         return {"shape": BubbleShape().run(), "pressure": LaplacePressure(starts=2).run()}
     return {"shape": BubbleShape().run(), "shape_fine": BubbleShape(**FINE).run(),
-            "shape_3d": BubbleShape(**DEEP, jitter=0.5, stretch=1.4).run(),
+            "shape_3d": BubbleShape(**DEEP, **LONG).run(), "shape_3d_fine": BubbleShape(**DEEP_FINE, **LONG).run(),
             "pressure": LaplacePressure().run(), "pressure_fine": LaplacePressure(**FINE).run(),
-            "pressure_3d": LaplacePressure(**DEEP, stretch=1.0).run()}
+            "pressure_3d": LaplacePressure(**DEEP, stretch=1.0).run(),
+            "pressure_3d_fine": LaplacePressure(**DEEP_FINE, stretch=1.0).run()}
 
 
 def rows(outcomes):
