@@ -54,7 +54,9 @@ class BubbleRise(Problem):
 
     Errors: ``shredded``, the largest fraction of the vapour outside its largest piece; ``unsteady``, the relative
     difference of the speeds in the two halves of that range. Facts: ``speed`` over sqrt(g diameter), the mean over the
-    starts, with its range ``speed_low``, ``speed_high`` and its standard error ``speed_error``.
+    starts, with its range ``speed_low``, ``speed_high`` and its standard error ``speed_error``; ``aspect``, the mean of
+    the width over the height of the largest piece in that range, with its standard error ``aspect_error``; ``eotvos``,
+    rho g diameter^2/sigma.
     """
 
     title: ClassVar[str] = "bubble rise"
@@ -77,15 +79,19 @@ class BubbleRise(Problem):
 
     def run(self):
         runs = [self.one(self.seed + start) for start in range(self.starts)]
-        speeds = np.array([run["speed"] for run in runs])
+        speeds, aspects = (np.array([run[name] for run in runs]) for name in ("speed", "aspect"))
         return Outcome(
             errors={name: float(np.mean([run[name] for run in runs])) for name in ("shredded", "unsteady")},
             seconds=sum(run["seconds"] for run in runs), simulated=sum(run["simulated"] for run in runs),
             steps=sum(run["steps"] for run in runs), particles=runs[0]["particles"],
             curves={"t sqrt(g/d) [-]": runs[0]["t"], "height [diameters]": runs[0]["height"]},
             facts=dict(speed=float(speeds.mean()), speed_low=float(speeds.min()), speed_high=float(speeds.max()),
-                       speed_error=float(speeds.std(ddof=1) / math.sqrt(self.starts)) if self.starts > 1 else 0.0,
-                       sweeps=float(np.mean([run["sweeps"] for run in runs]))))
+                       speed_error=self.error(speeds), aspect=float(aspects.mean()), aspect_error=self.error(aspects),
+                       eotvos=runs[0]["eotvos"], sweeps=float(np.mean([run["sweeps"] for run in runs]))))
+
+    def error(self, values):
+        """Standard error of the mean of ``values`` (starts,); 0 for one start."""
+        return float(values.std(ddof=1) / math.sqrt(self.starts)) if self.starts > 1 else 0.0
 
     def one(self, seed):
         """Run one start; lengths are in diameters, times in sqrt(diameter/g)."""
@@ -100,7 +106,7 @@ class BubbleRise(Problem):
         x, y = fluid.x / spacing - 0.5 * p.width, fluid.y / spacing - p.height
         blow(fluid, np.hypot(x, y) < 0.5 * self.cells)
         begin, every = stepper.t, max(1, round(0.1 * unit / stepper.dt))
-        t, height, shredded, sweeps = [], [], 0.0, []
+        t, height, aspect, shredded, sweeps = [], [], [], 0.0, []
         while not height or height[-1] < self.WINDOW[1]:
             stepper.step(every)
             found = shapes(fluid, 2, scheme.rho0)
@@ -109,11 +115,15 @@ class BubbleRise(Problem):
                 raise RuntimeError(f"the bubble does not rise: it is at {height[-1]:.2g} diameters after {t[-1]:.2g} "
                                    "sqrt(diameter/g)" if height else "there is no bubble")
             height.append(float(found[0].centroid[1]) / self.diameter)
+            aspect.append(found[0].aspect)
             shredded = max(shredded, 1.0 - found[0].n / sum(shape.n for shape in found))
             sweeps.append(fluid.sweeps[1])
         low, high = self.WINDOW
         at = np.interp([low, 0.5 * (low + high), high], height, t)
         lower, upper = 0.5 * (high - low) / np.diff(at)
-        return dict(speed=(high - low) / (at[2] - at[0]), unsteady=abs(upper / lower - 1.0), shredded=shredded,
+        scene = scheme.scene()
+        return dict(aspect=float(np.mean(np.array(aspect)[(np.array(t) >= at[0]) & (np.array(t) <= at[2])])),
+                    eotvos=scene.rho0 * scene.g * self.diameter**2 / scheme.effects["cohesion"].sigma_in(scene),
+                    speed=(high - low) / (at[2] - at[0]), unsteady=abs(upper / lower - 1.0), shredded=shredded,
                     sweeps=float(np.mean(sweeps)), seconds=stepper.seconds, simulated=stepper.t,
                     steps=stepper.solver.count, particles=len(fluid.x), t=np.array(t), height=np.array(height))

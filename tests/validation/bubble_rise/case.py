@@ -31,6 +31,9 @@ def rows(outcomes):
             ("default", "18 mm", "24 mm"), sizes)]), 1)[0]
         yield "law", law, f"{law:.2f}; speeds " + ", ".join(
             f"{speed[name]:.2f}" for name in ("default", "18 mm", "24 mm")) + " √(g d)"
+    facts = outcomes["default"][1].facts
+    yield "flat", facts["aspect"], (f"{facts['aspect']:.2f} ± {facts['aspect_error']:.2f} at Eo = "
+                                    f"{facts['eotvos']:.1f}")
     for row, error in (("steady", "unsteady"), ("whole", "shredded")):
         yield row, outcomes["default"][1].errors[error], f"{100.0 * outcomes['default'][1].errors[error]:.0f} %"
 
