@@ -7,14 +7,16 @@ from pysph_boiling.evaluation.problems.departure import Departure
 from pysph_boiling.report.pictures import plot
 
 SMALL = dict(width=30, fill=16, sites=3, begin=1.0)
+ADHESION = {5.0: (0.0, 2.5, 5.0, 10.0, 20.0), 10.0: (5.0, 10.0, 20.0)}  # for each strength of cohesion [g]
 
 
 def run(quick):
     duration, seeds = (2.0, (1,)) if quick else (3.0, (1, 2))
     flux = {dT: [BoilingRate(superheat=dT, duration=duration, seed=seed, **SMALL).run() for seed in seeds]
             for dT in ((20.0, 80.0) if quick else (20.0, 40.0, 80.0, 200.0))}
-    return dict(flux=flux, size={} if quick else {adhesion: Departure(adhesion=adhesion).run()
-                                                  for adhesion in (0.0, 2.5, 5.0, 10.0)})
+    size = {} if quick else {cohesion: {adhesion: Departure(adhesion=adhesion, cohesion=cohesion).run().facts
+                                        for adhesion in strengths} for cohesion, strengths in ADHESION.items()}
+    return dict(flux=flux, size=size)
 
 
 def rows(outcomes):
@@ -28,10 +30,12 @@ def rows(outcomes):
     if 200.0 in flux:
         yield "zuber", flux[200.0] / flux[80.0], f"{flux[200.0] / flux[80.0]:.2f}"
     if outcomes["size"]:
-        sizes = [one.facts["size"] for one in outcomes["size"].values()]
-        found = f"N = {', '.join(f'{size:.1f}' for size in sizes)}"
-        yield "fritz", min(np.diff(sizes[:-1])), found
-        yield "fritz_strong", sizes[-1] - sizes[-2], found
+        size = {cohesion: [one["size"] for one in found.values()] for cohesion, found in outcomes["size"].items()}
+        text = {cohesion: "N = " + ", ".join(f"{one['size']:.1f} ± {one['size_error']:.1f}" for one in found.values())
+                for cohesion, found in outcomes["size"].items()}
+        yield "fritz", min(np.diff(size[5.0][:3])), text[5.0]
+        yield "fritz_strong", min(np.diff(size[5.0][2:])), text[5.0]
+        yield "fritz_cohesion", size[10.0][1] - size[10.0][0], text[10.0]
 
 
 def draw(outcomes, path):
@@ -50,5 +54,8 @@ def draw(outcomes, path):
         left.minorticks_off()
         left.legend()
         for ax in right:
-            ax.plot(list(size), [one.facts["size"] for one in size.values()], "o-", color=ORANGE)
+            for (cohesion, found), colour in zip(size.items(), (ORANGE, BLUE)):
+                means, errors = zip(*((one["size"], one["size_error"]) for one in found.values()))
+                ax.errorbar(list(found), means, yerr=errors, fmt="o-", color=colour, label=f"cohesion {cohesion:g} g")
+            ax.legend()
             ax.set(xlabel="adhesion [g]", ylabel="particles", title="size of a bubble at departure")
