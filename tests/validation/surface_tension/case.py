@@ -12,11 +12,10 @@ LONG = dict(jitter=0.5, stretch=1.4)  # at the start, in 3-D
 def run(quick):
     if quick:
         return {"shape": BubbleShape().run(), "pressure": LaplacePressure(starts=2).run()}
-    return {"shape": BubbleShape().run(), "shape_fine": BubbleShape(**FINE).run(),
+    return {"shape": BubbleShape(starts=12).run(), "shape_fine": BubbleShape(**FINE).run(),
             "shape_3d": BubbleShape(**DEEP, **LONG).run(), "shape_3d_fine": BubbleShape(**DEEP_FINE, **LONG).run(),
-            "pressure": LaplacePressure().run(), "pressure_fine": LaplacePressure(**FINE).run(),
-            "pressure_3d": LaplacePressure(**DEEP, stretch=1.0).run(),
-            "pressure_3d_fine": LaplacePressure(**DEEP_FINE, stretch=1.0).run()}
+            "pressure": LaplacePressure().run(), "pressure_fine": LaplacePressure(**FINE, starts=6).run(),
+            "pressure_3d": LaplacePressure(**DEEP).run()}
 
 
 def rows(outcomes):
@@ -25,6 +24,9 @@ def rows(outcomes):
         starts = ", ".join(f"{one:.2f}" for one in outcome.facts["found"])
         damping = f", damping {outcome.facts['damping']:.2f} of critical" if "damping" in outcome.facts else ""
         yield name, error, f"{1.0 + error:.2f} of theory (starts {starts}){damping}"
+    at_rest = [outcome.facts for outcome in outcomes.values() if "length" in outcome.facts]
+    for name, fact in (("round", "length"), ("whole", "torn")):
+        yield name, max(facts[fact] for facts in at_rest), ", ".join(f"{facts[fact]:.2f}" for facts in at_rest)
     momentum = outcomes["shape"].errors["momentum"]
     yield "momentum", momentum, f"{momentum:.0e}"
 
