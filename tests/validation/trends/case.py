@@ -35,7 +35,7 @@ def rows(outcomes):
                 for cohesion, found in outcomes["size"].items()}
         yield "fritz", min(np.diff(size[5.0][:3])), text[5.0]
         yield "fritz_strong", min(np.diff(size[5.0][2:])), text[5.0]
-        yield "fritz_cohesion", size[10.0][1] - size[10.0][0], text[10.0]
+        yield "fritz_cohesion", min(np.diff(size[10.0])), text[10.0]
 
 
 def draw(outcomes, path):
