@@ -216,7 +216,7 @@ class SceneApplication(Application):
         self.resumed = None
         self.dry = None
         self.changes = []  # of parameters when the run was resumed: dicts with t, parameter, before, after
-        self.began = perf_counter(), 0
+        self.began, self.ended = (0, perf_counter()), None
 
     def create_scheme(self):
         return self.make_scheme(self.parameters)
@@ -520,7 +520,7 @@ class SceneApplication(Application):
         if not self.options.disable_output and ranks.rank() == 0:
             self.clear_folder(console)
         ranks.wait()
-        self.began = perf_counter(), self.solver.count
+        self.began = self.clock()
         try:
             with self.progress.bar, self.interrupt:
                 self.solve()
@@ -532,6 +532,7 @@ class SceneApplication(Application):
         except BaseException as error:
             self.keep(error)
             raise
+        self.ended = self.clock()
         self.ledger.finish()
         self.save(completed=True)
 
@@ -545,6 +546,10 @@ class SceneApplication(Application):
         last = self.ledger.rows[-1] if self.ledger.rows else {}
         for sentence in safeguards.sentences(self.ledger.table(), self.solver.count):
             console.print(f"note: {sentence}")
+        timed = self.timed()
+        if timed["steps"]:
+            step, frame = timed["seconds"] / timed["steps"], self.solver.pfreq
+            console.print(f"time: {1e3 * step:.3g} ms a step, {frame} steps and {frame * step:.2g} s a frame")
         if "energy_residual" in last:
             console.print(f"conservation: relative error {last['energy_residual']:.2e} of energy, "
                           f"{last['mass_residual']:.2e} of mass")
@@ -619,6 +624,15 @@ class SceneApplication(Application):
                     rows[spec.name]["replaced_by"] = option(f"no_{slot}" if built is None else slot)
         return rows
 
+    def timed(self):
+        """Number of ``steps`` and ``seconds`` of wall time since this run began, files included; after its end, all."""
+        steps, seconds = (end - begin for end, begin in zip(self.ended or self.clock(), self.began))
+        return {"steps": steps, "seconds": seconds}
+
+    def clock(self):
+        """The number of steps and the wall time [s]."""
+        return self.solver.count, perf_counter()
+
     def counts(self):
         """Number of particles of each array, summed over all ranks."""
         return {pa.name: int(ranks.total(pa.get_number_of_particles(True))) for pa in self.particles}
@@ -650,7 +664,7 @@ class SceneApplication(Application):
             **self.recorded,
             "facts": {name: {"value": value, "unit": unit} for name, (value, unit) in self.facts().items()},
             "wall_time": {"unit": "s", **scheme.integrator.wall_time},
-            "timed": {"steps": self.solver.count - self.began[1], "seconds": perf_counter() - self.began[0]},
+            "timed": self.timed(),
             "departures": self.departures,
             "vents": self.vents,
             "changes": self.changes,

@@ -1,6 +1,8 @@
 """Checks of a run: of our own, never switched off, made where the run can tell; the closing lines come all the same."""
 import ast
+import json
 import os
+import re
 import subprocess
 import sys
 from io import StringIO
@@ -47,7 +49,11 @@ def test_a_failed_check_is_ours_and_a_sweep_goes_on(tmp_path, capsys):
             outcomes.append(str(error))
         else:
             outcomes.append(None)
-        assert "conservation: relative error" in capsys.readouterr().out
+        printed = capsys.readouterr().out
+        assert "conservation: relative error" in printed
+        timed = json.loads((tmp_path / str(number) / "run.json").read_text())["timed"]
+        step = float(re.search(r"time: (\S+) ms a step", printed)[1])
+        assert timed["steps"] == 60 and step == pytest.approx(1e3 * timed["seconds"] / 60, rel=1e-2)
         assert (tmp_path / str(number) / "results.npz").exists()
     assert outcomes[0].startswith("L2 error of the temperature") and outcomes[1] is None
 
