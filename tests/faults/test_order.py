@@ -66,7 +66,7 @@ def test_a_last_file_with_everything_is_sorted_throughout(detailed, tmp_path, mo
     application = SteadyBoiling()
     application.check_final = lambda: None
     made = [] if detailed else ["--detailed-output"]
-    application.run([*(part for part in POOL if part not in made), "--reorder-freq", "1", "--max-steps", "40", "-d",
+    application.run([*(part for part in POOL if part not in made), "--reorder-freq", "1", "--max-steps", "120", "-d",
                      str(tmp_path)])
     fluid = application.scheme.arrays[0]
     moved = np.hypot(fluid.sx, fluid.sy) - np.hypot(fluid.u, fluid.v) * application.solver.dt
@@ -129,7 +129,7 @@ def test_a_periodic_slab_at_rest_is_sorted_too(tmp_path, monkeypatch):
                 patch.setattr(StagedSolver, "reorder_particles", lambda solver: None)
             application = HeatedSlab()
             application.check_final = lambda: None
-            application.run(["--max-steps", "40", "--reorder-freq", "3", "--openmp", "--no-pictures", "-d",
+            application.run(["--max-steps", "120", "--reorder-freq", "3", "--openmp", "--no-pictures", "-d",
                              str(tmp_path)])
             found.append(application.scheme.arrays[0])
     rows = [np.argsort(pa.uid) for pa in found]

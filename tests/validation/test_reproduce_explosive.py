@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.level import surface_level
-from pysph_boiling.evaluation.reproduce.explosive import energy_parts, settled
+from pysph_boiling.evaluation.reproduce.explosive import energy_parts, output_at_peak, settled
 from pysph_boiling.evaluation.reproduce.sensitivity import bounds, bubble, grade, sensitivity
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.phases import Phase
@@ -43,6 +43,13 @@ def test_swelling_of_a_level_and_what_is_left_of_it():
     level = 0.1 * np.array([1.0, 1.05, 1.1, 1.2, 1.15, 1.1, 1.08, 1.05, 1.05, 1.05, 1.05])
     assert settled(t, level) == pytest.approx((0.2, 0.3, 0.25))
     assert settled(t, np.full(11, 0.1)) == (0.0, 0.0, 0.0)
+
+
+def test_output_at_the_peak_is_not_before_it():
+    outputs, t = np.array([0.0, 0.1, 0.2]), np.array([0.0, 0.01, 0.1, 0.15])
+    for number, at in (([0, 9, 8, 7], 0.1), ([0, 7, 9, 8], 0.1), ([0, 7, 8, 9], 0.2), ([9, 0, 0, 0], 0.0)):
+        assert output_at_peak(outputs, t, np.array(number)) == at
+    assert output_at_peak(outputs, np.array([0.3]), np.array([1])) == 0.2
 
 
 @pytest.mark.parametrize("power, word", [(0.1, "low"), (-0.5, "moderate"), (2.0, "high")])

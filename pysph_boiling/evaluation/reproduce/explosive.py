@@ -73,20 +73,29 @@ def settled(t, level):
     return float(rise[peak]), float(t[peak]), float(rise[-1] / rise[peak]) if rise[peak] > 0.0 else 0.0
 
 
+def output_at_peak(outputs, t, number):
+    """Time [s] of the first of the ``outputs`` at or after the largest ``number`` at the times ``t``, or of the last.
+
+    The nearest could be before what makes the peak, as the start is before a burst.
+    """
+    after = np.searchsorted(outputs, t[np.argmax(number)] - 1e-9)
+    return float(outputs[min(after, len(outputs) - 1)])
+
+
 def measure(result):
     """The measured quantities of one explosion, by name."""
     table = result.table
     total = result.record["particles"]["fluid"]
     made = table["n_burst"] + table["n_nucleated"]
-    peak = float(table["t"][np.argmax(table["n_vapour"])])
+    t, level = level_history(result.files, dim=result.record["dim"])
+    swelling, t_swelling, left = settled(t, level)
+    peak = output_at_peak(t, table["t"], table["n_vapour"])
     before, _ = parts_of(result, 0.0)
     after, t_after = parts_of(result, peak)
     excess = "excess sensible heat of superheated liquid"
     material, mass = WATER_1ATM, float(table["mass"][0])
     v_exp = result.record["effects"].get("expansion", {}).get("v_exp", {}).get("value", 1.0)
     lid = float(np.interp(t_after, table["t"], table["energy_lid"]))
-    t, level = level_history(result.files, dim=result.record["dim"])
-    swelling, t_swelling, left = settled(t, level)
     return {
         "burst": float(table["n_burst"][-1]), "share": float(table["n_burst"][-1]) / total,
         # vapour that the excess heat can make, as a fraction of all particles and as a rise of the level; and the time
