@@ -66,7 +66,7 @@ def test_a_last_file_with_everything_is_sorted_throughout(detailed, tmp_path, mo
     application = SteadyBoiling()
     application.check_final = lambda: None
     made = [] if detailed else ["--detailed-output"]
-    application.run([*(part for part in POOL if part not in made), "--reorder-freq", "1", "--max-steps", "120", "-d",
+    application.run([*(part for part in POOL if part not in made), "--reorder-freq", "60", "--max-steps", "60", "-d",
                      str(tmp_path)])
     fluid = application.scheme.arrays[0]
     moved = np.hypot(fluid.sx, fluid.sy) - np.hypot(fluid.u, fluid.v) * application.solver.dt
