@@ -17,23 +17,28 @@ from pysph_boiling.names import whole_number
 __all__ = ["activation_superheat", "cavity_radii"]
 
 
-def cavity_radii(count, *, smallest, exponent=2.5, seed=0):
+def cavity_radii(count, *, smallest, largest=np.inf, exponent=2.5, seed=0):
     r"""Radii (count,) [m] of cavities, drawn from ``seed``; the number of those larger than r follows a power law.
 
-    .. math::  N(>r) = N \left(\frac{r_{min}}{r}\right)^m, \qquad r \ge r_{min}
+    .. math::  N(>r) = N \frac{r^{-m} - r_{max}^{-m}}{r_{min}^{-m} - r_{max}^{-m}}, \qquad r_{min} \le r \le r_{max}
 
-    ``smallest`` is r_min [m] and ``exponent`` is m [-]. With :func:`activation_superheat` the number of cavities that
-    are active at a superheat dT grows as dT^m up to the superheat of the smallest, at which all of them are.
+    ``smallest`` is r_min [m], ``largest`` is r_max [m], and ``exponent`` is m [-]. With :func:`activation_superheat`
+    the number of cavities that are active at a superheat dT grows as dT^m up to the superheat of the smallest, at which
+    all of them are; with a largest radius it begins at the superheat of that.
 
-    Source: Mikic & Rohsenow 1969, with their m = 2.5.
-    Errors: ``ValueError`` for a count that is no whole number above 0, a radius or an exponent that is not positive.
+    Source: Mikic & Rohsenow 1969, with their m = 2.5 and, without a largest radius, their law.
+    Errors: ``ValueError`` for a count that is no whole number above 0, a radius or an exponent that is not positive,
+    and a largest radius that is not above the smallest.
     """
     count = whole_number("the number of cavities", count, low=1)
     for name, value, unit in (("smallest radius of a cavity", smallest, " m"),
                               ("exponent of cavity radii", exponent, "")):
         if not 0.0 < value < np.inf:
             raise ValueError(f"{name} must be > 0{unit}, got {value}{unit}")
-    return smallest * (1.0 - np.random.default_rng(seed).random(count)) ** (-1.0 / exponent)
+    if not largest > smallest:
+        raise ValueError(f"the largest radius of a cavity must be above the smallest, {smallest} m, got {largest} m")
+    share = np.random.default_rng(seed).random(count) * (1.0 - (smallest / largest)**exponent)
+    return smallest * (1.0 - share) ** (-1.0 / exponent)
 
 
 def activation_superheat(radius, material):

@@ -35,6 +35,7 @@ class RollingBoilParameters(SteadyBoilingParameters):
     sites: int = param(48, "-", "preset nucleation sites on the heated base", low=1)
     smallest_cavity: float = param(1e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
+    largest_cavity: float = param(0.0, "m", "largest radius of the sites' cavities; 0 for none", low=0.0)
     embryo: float = param(1.0, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.95, "-", "heated fraction of the base's diameter", above=0.0, high=1.0)

@@ -57,9 +57,10 @@ class SteadyBoilingParameters(SceneParameters):
     fill: int = param(26, "-", "height of the water, in spacings", low=6)
     sites: int = param(24, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
-    smallest_cavity: float = param(6e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+    smallest_cavity: float = param(4e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
                                    "at saturation", low=0.0)
-    embryo: float = param(0.15, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
+    largest_cavity: float = param(6e-6, "m", "largest radius of the sites' cavities; 0 for none", low=0.0)
+    embryo: float = param(0.25, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
@@ -130,7 +131,8 @@ class SteadyBoiling(SceneApplication):
         """Activation superheats of the sites [K], a number or (sites,)."""
         if p.smallest_cavity == 0.0:
             return 0.0
-        radii = cavity_radii(p.sites, smallest=p.smallest_cavity, seed=[p.seed, 1])  # a stream of its own
+        radii = cavity_radii(p.sites, smallest=p.smallest_cavity, largest=p.largest_cavity or np.inf,
+                             seed=[p.seed, 1])  # a stream of its own
         return activation_superheat(radii, WATER_1ATM)
 
     def start_temperature(self, p):

@@ -16,6 +16,14 @@ def test_radii_follow_the_power_law(exponent):
     assert kstest(radii, pareto(1.1 * exponent, scale=2e-6).cdf).pvalue < 1e-3
 
 
+def test_a_largest_radius_cuts_the_power_law_off():
+    radii = cavity_radii(5000, smallest=2e-6, largest=3e-6, seed=3)
+    assert radii.min() >= 2e-6 and 2.99e-6 < radii.max() <= 3e-6
+    law, most = pareto(2.5, scale=2e-6).cdf, pareto(2.5, scale=2e-6).cdf(3e-6)
+    assert kstest(radii, lambda r: law(r) / most).pvalue > 0.05
+    assert kstest(radii, lambda r: pareto(4.0, scale=2e-6).cdf(r) / pareto(4.0, scale=2e-6).cdf(3e-6)).pvalue < 1e-3
+
+
 def test_active_sites_grow_with_a_power_of_the_superheat():
     """Mikic & Rohsenow 1969: N ~ dT^2.5, up to the superheat of the smallest cavity, at which all are active."""
     needed = activation_superheat(cavity_radii(20_000, smallest=1e-6, seed=5), WATER)
@@ -43,6 +51,7 @@ def test_the_seed_decides():
     (lambda: cavity_radii(0, smallest=1e-6), "number of cavities must be a whole number >= 1, got 0"),
     (lambda: cavity_radii(3, smallest=0.0), "smallest radius of a cavity must be > 0 m, got 0.0 m"),
     (lambda: cavity_radii(3, smallest=np.nan), "smallest radius of a cavity must be > 0 m, got nan m"),
+    (lambda: cavity_radii(3, smallest=2e-6, largest=1e-6), "largest radius of a cavity must be above the smallest"),
     (lambda: cavity_radii(3, smallest=1e-6, exponent=-1.0), "exponent of cavity radii must be > 0, got -1.0"),
     (lambda: activation_superheat([1e-6, -1e-6], WATER), "radius of a cavity must be > 0 m"),
 ])
