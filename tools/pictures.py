@@ -1,5 +1,7 @@
 """Make the pictures of README.md by the package's own commands: ``make pictures``. Needs the extra ``view``.
 
+``python tools/pictures.py SCENE ...`` makes those of some scenes only.
+
 Each scene is run and drawn in ``build/pictures``; a run that is complete is not repeated. One frame of it, without the
 margins of a plot, goes to ``docs/pictures`` as a small WebP. The movie of ``MOVING`` becomes ``boiling.webp``.
 """
@@ -56,9 +58,13 @@ def load(path, box, *size):
 
 
 def main():
+    unknown = set(sys.argv[1:]) - set(SCENES)
+    if unknown:
+        sys.exit(f"no pictures are made of {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
     WORK.mkdir(parents=True, exist_ok=True)
     OUT.mkdir(exist_ok=True)
-    for scene, (run, view, number) in SCENES.items():
+    for scene in sys.argv[1:] or SCENES:
+        run, view, number = SCENES[scene]
         folder = WORK / f"{scene}_output"
         if not (folder / "frames.png").exists():
             command("run", scene, *run, "--quiet", "--no-pictures")
