@@ -50,7 +50,7 @@ class RollingBoil(SteadyBoiling):
 
     Parameters = RollingBoilParameters
     title = "rolling boil"
-    ADHESION = {2: None, 3: None}
+    ADHESION = K_BUBBLE = {2: None, 3: None}
     variants = {
         "demo": dict(width=28, fill=14, sites=20, duration=1.5),
         "flat": dict(dim=2, spacing=0.002, width=60, fill=35, sites=8, time_scaling=2000.0, duration=2.0),
