@@ -136,6 +136,12 @@ def test_what_makes_another_scene_is_off_the_front_and_on_the_trend(points):
     assert found.front == [0] and len(found.rows) == 3 and found.orders["finer"].order == pytest.approx(2.0)
 
 
+def test_what_breaks_another_bound_is_off_the_front(points):
+    found = results.find(study(presets=False, keeps={"e": 0.5, "bad": 1.0}), run_all(study(presets=False), points),
+                         quick=True, claims=[])
+    assert found.front == [1, 2] and math.isnan(found.rows[0].error)
+
+
 def test_self_convergence_compares_with_the_finest(points):
     one = study(error="speed", finest={"h": 0.0625}, presets=False)
     found = results.find(one, run_all(one, points), quick=True, claims=[])

@@ -63,7 +63,7 @@ def find(study, points, quick, claims=None):
         if record["seconds"]:
             cost, noise = (value / record["simulated"] if k == 0 else value
                            for k, value in enumerate(spread(record["seconds"])))
-        own = error(record) if study.competes(problem) else math.nan
+        own = error(record) if study.competes(problem, record.get("errors", {})) else math.nan
         rows.append(Row(settings or f"preset {', '.join(names)}", knobs, own, cost, noise, record, ", ".join(names)))
     orders = {}
     for trend in study.trends:

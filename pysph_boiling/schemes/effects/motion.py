@@ -17,6 +17,7 @@ __all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscos
 STANDARD_DT_FACTOR = 0.07  # t*; the default time step
 MAX_OMEGA = 0.7  # largest default under-relaxation
 DISORDER = 1.15  # stiffness of settled water over that of the lattice, at most; measured 1.14 (2-D) and 1.11 (3-D)
+WARM_START = 0.4  # share of the pressure of a step with which the next one begins
 TREND = 0.3  # how much of the last change of the pressure a warm start goes on with
 MAX_PUSH = 0.15  # spacings that an acceleration may move a particle in one step
 MAX_VELOCITY_EXCHANGE = 0.9  # share of a velocity difference that viscosity, friction and drag may even out in one step
@@ -66,8 +67,8 @@ class DensityConstraint(Effect):
                               "a velocity, t* = sqrt(spacing/|g|)", above=0.0, may_change=True)
     max_mean_error: float = param(0.015, "-", "mean positive density error above which more than max_sweeps are made, "
                                   "up to ten times as many", above=0.0, may_change=True)
-    warm_start: float = param(0.4, "-", "share of a step's pressure with which the next one begins; 0: from nothing",
-                              low=0.0, high=0.5, may_change=True)
+    warm_start: float = param(None, "-", "share of a step's pressure with which the next one begins, 0: from nothing; "
+                              "0.4 if not given, 0 with accelerated sweeps", low=0.0, high=0.5, may_change=True)
     skin: float = param(0.0, "-", "neighbour lists reach this many spacings farther, and are kept until a particle has "
                         "moved by half of that", low=0.0, high=1.0)
 
@@ -75,6 +76,17 @@ class DensityConstraint(Effect):
         super().__post_init__()
         if self.min_sweeps > self.max_sweeps:
             raise ValueError(f"density.min_sweeps = {self.min_sweeps} is above density.max_sweeps = {self.max_sweeps}")
+        if self.chebyshev_radius and self.warm_start:
+            raise ValueError(f"density.warm_start = {self.warm_start:g} is for plain sweeps, and density."
+                             f"chebyshev_radius = {self.chebyshev_radius:g} accelerates them: both together lift water "
+                             "at rest by up to 20 %; leave one of them out")
+
+    @property
+    def share_at_start(self):
+        """Share of a step's pressure with which the next one begins [-]."""
+        if self.warm_start is not None:
+            return self.warm_start
+        return 0.0 if self.chebyshev_radius else WARM_START
 
     @property
     def error_limit(self):
@@ -184,7 +196,7 @@ class DensityConstraint(Effect):
                              f"{MAX_SUBSTEPS}; {cause}, or use shorter steps")
         return MotionLimits(longest_step=longest, short_step=short_step, tolerance=self.tolerance,
                             distance=self.courant * scene.spacing, push=MAX_PUSH * scene.spacing, settle=self.settle,
-                            warm_start=(self.warm_start, TREND))
+                            warm_start=(self.share_at_start, TREND))
 
     def tools(self, scheme):
         yield UnconvergedSteps(scheme, self)
@@ -221,7 +233,7 @@ class DensityConstraint(Effect):
             else density_constraint.PBFMove(fluid, None, **move))
         gx, gy, gz = scene.gravity
         yield Term("forces.sum", viscosity.PBFBodyForce(fluid, None, gx=gx, gy=gy, gz=gz))
-        if self.warm_start:
+        if self.share_at_start:
             yield Term("forces.sum", start(fluid, fluids, rho_rest=rho_rest))
             if walls:
                 yield Term("forces.sum", warm_start.PBFBoundaryWarmStart(fluid, walls, rho_rest=rho_rest))

@@ -33,7 +33,7 @@ class WallMultipliers(Effect):
         if not scene.solids:
             return
         lattice, _ = lattice_density(scene.kernel, dim=scene.dim, hdx=scene.h / scene.spacing)
-        walls, begins = list(scene.solids), scene.effects["density"].warm_start > 0.0
+        walls, begins = list(scene.solids), scene.effects["density"].share_at_start > 0.0
         if fluid == scene.fluids[0]:
             for wall in walls:
                 yield Term("density.walls", PBFWallMultiplier(wall, list(scene.fluids)))
