@@ -107,7 +107,7 @@ def test_record_tells_which_parameters_an_option_has_replaced(name, options, par
 
 
 START_TOO = {  # of the start, or of the whole scene, as well as of the effect
-    "dim": {"adhesion.strength"},
+    "dim": {"adhesion.strength", "buoyancy.k_bubble"},
     "subcooling": {"venting.T_feed"}, "seed": {"dynamic_nucleation.seed", "preset_nucleation.seed"}}
 
 
