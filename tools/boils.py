@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from pysph_boiling.analysis.rendering import draw_scene
+from pysph_boiling.analysis.rendering import DPI, MARGINS, draw_scene
 from pysph_boiling.analysis.surface import draw_surface
 from pysph_boiling.evaluation.reproduce.runs import Result
 
@@ -53,7 +53,7 @@ def draw(name):
         arrays, t = result.arrays(wanted)
         part = draw_scene(arrays, drawn, t=t, **common)
         with Image.open(part) as picture:
-            plain = 0, 0, round(0.76 * picture.width), picture.height  # without the legend
+            plain = 0, 0, picture.width - round(DPI * MARGINS.right) + 4, picture.height  # without the legend
         upper = shrunk(part, plain)
         columns.append((upper, shrunk(draw_surface(arrays, drawn, size=(900, 800), **common))))
     heights = [max(pictures[row].height for pictures in columns) for row in (0, 1)]
