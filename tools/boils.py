@@ -2,13 +2,14 @@
 
 Needs the extra ``view``. Runs are kept in ``build/boils``; one that is complete is not repeated. Each picture has a
 slice and the view as water at five times. The table of costs and residuals is written between the two markers of the
-page. ``python tools/boils.py NAME ...`` runs and draws some scenes only; the table has all that are complete.
+page. ``python tools/boils.py NAME ...`` runs and draws some scenes only, and leaves the rows of the others.
 """
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+from pictures import chosen, load
 from PIL import Image
 
 from pysph_boiling.analysis.rendering import DPI, MARGINS, draw_scene
@@ -39,12 +40,6 @@ def run(name):
         subprocess.run([sys.executable, "-m", "pysph_boiling", "run", scene, *options, "-d", str(folder)], check=True)
 
 
-def shrunk(path, box=None):
-    """A drawn picture, ``WIDTH`` wide."""
-    picture = Image.open(path).convert("RGB").crop(box)
-    return picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Image.Resampling.LANCZOS)
-
-
 def draw(name):
     """A sheet of slices, with the view as water below each."""
     result, drawn = Result(None, WORK / name), WORK / "moment.png"
@@ -54,8 +49,8 @@ def draw(name):
         part = draw_scene(arrays, drawn, t=t, **common)
         with Image.open(part) as picture:
             plain = 0, 0, picture.width - round(DPI * MARGINS.right) + 4, picture.height  # without the legend
-        upper = shrunk(part, plain)
-        columns.append((upper, shrunk(draw_surface(arrays, drawn, size=(900, 800), **common))))
+        upper = load(part, plain, WIDTH, 10 * WIDTH)  # before the next picture takes its place
+        columns.append((upper, load(draw_surface(arrays, drawn, size=(900, 800), **common), None, WIDTH, 10 * WIDTH)))
     heights = [max(pictures[row].height for pictures in columns) for row in (0, 1)]
     sheet = Image.new("RGB", (WIDTH * len(columns), sum(heights)), "white")
     for k, pictures in enumerate(columns):
@@ -64,29 +59,34 @@ def draw(name):
     sheet.save(PICTURES / f"boil_{name}.webp", quality=80, method=6)
 
 
+def command(name):
+    """The first cell of a run in the table."""
+    scene, options, _ = BOILS[name]
+    return f"`{' '.join(['run', scene, *options])}`"
+
+
 def row(name):
     """The row of a run in the table."""
-    scene, options, _ = BOILS[name]
     result = Result(None, WORK / name)
     record, table = result.record, result.table
     seconds = record["timed"]["seconds"] / record["timed"]["steps"]
     frame = round(record["parameters"]["frame"]["value"] / record["dt"])
-    worst = [float(np.max(np.abs(table[name]))) for name in ("energy_residual", "mass_residual")]
-    return (f"| `{' '.join(['run', scene, *options])}` | {record['particles']['fluid']:,} | {frame} | "
+    worst = [float(np.max(np.abs(table[column]))) for column in ("energy_residual", "mass_residual")]
+    return (f"| {command(name)} | {record['particles']['fluid']:,} | {frame} | "
             f"{1e3 * seconds:.0f} | {seconds * frame:.2g} | {len(record['departures'])} | {worst[0]:.0e}, "
             f"{worst[1]:.0e} |\n")
 
 
 def main():
-    unknown = set(sys.argv[1:]) - set(BOILS)
-    if unknown:
-        sys.exit(f"there is no boil {', '.join(sorted(unknown))}; there are {', '.join(BOILS)}")
-    for name in sys.argv[1:] or BOILS:
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    table, _, after = rest.partition(END)
+    rows = {line.split("|")[1]: f"{line}\n" for line in table.removeprefix(HEAD).splitlines()}
+    for name in chosen(BOILS):
         run(name)
         draw(name)
-    rows = "".join(row(name) for name in BOILS if (WORK / name / "frames.png").exists())
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    PAGE.write_text(f"{before}{BEGIN}{HEAD}{rows}{END}{rest.partition(END)[2]}", encoding="utf-8")
+        rows |= {f" {command(name)} ": row(name)}
+    kept = "".join(rows.get(f" {command(name)} ", "") for name in BOILS)
+    PAGE.write_text(f"{before}{BEGIN}{HEAD}{kept}{END}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

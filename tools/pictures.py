@@ -36,6 +36,14 @@ SCENES = {
 }
 
 
+def chosen(names):
+    """Those of ``names`` that the command line asks for, all if it asks for none; ends at one that is not there."""
+    unknown = set(sys.argv[1:]) - set(names)
+    if unknown:
+        sys.exit(f"no pictures are made of {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    return sys.argv[1:] or names
+
+
 def command(*arguments):
     subprocess.run([sys.executable, "-m", "pysph_boiling", *arguments], cwd=WORK, check=True)
 
@@ -58,12 +66,9 @@ def load(path, box, *size):
 
 
 def main():
-    unknown = set(sys.argv[1:]) - set(SCENES)
-    if unknown:
-        sys.exit(f"no pictures are made of {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
     WORK.mkdir(parents=True, exist_ok=True)
     OUT.mkdir(exist_ok=True)
-    for scene in sys.argv[1:] or SCENES:
+    for scene in chosen(SCENES):
         run, view, number = SCENES[scene]
         folder = WORK / f"{scene}_output"
         if not (folder / "frames.png").exists():

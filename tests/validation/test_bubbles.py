@@ -7,7 +7,8 @@ import sets
 from harness import Stepper
 
 from pysph_boiling.evaluation.problems.bubble_at_rest import BubbleAtRest
-from pysph_boiling.particles import box_vessel, fluid_block, site_array
+from pysph_boiling.evaluation.problems.capillary import length
+from pysph_boiling.particles import box_vessel, fluid_block, positions, site_array
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.bubbles import equivalent_radius, mean_radius
 from pysph_boiling.schemes.effects import BoxContainer, Buoyancy, HeatConduction, Heater, Venting
@@ -39,12 +40,6 @@ def pool(width, fill, centres, radius=3.2):
                            bubbles=lambda: Vapour(scheme.arrays))
 
 
-def longest_over_shortest(x, y):
-    """Ratio [-] of the axes of the ellipse with the second moments of the points ``x``, ``y``."""
-    shortest, longest = np.linalg.eigvalsh(np.cov(x, y))
-    return float(np.sqrt(longest / shortest))
-
-
 def test_bubbles_that_touch_become_one_round_bubble_and_their_volumes_add():
     p = pool(30, 24, [(11.0, 12.0), (18.0, 12.0)])
     p.stepper.step()
@@ -62,12 +57,12 @@ def test_bubbles_that_touch_become_one_round_bubble_and_their_volumes_add():
     assert len(merged.n) == 1 and merged.n[0] == before.n.sum()
     assert merged.get("m").sum() == pytest.approx(mass, rel=1e-12)
     assert equivalent_radius(merged, p.scheme.scene())[0] ** 2 == pytest.approx(volumes.sum(), rel=1e-12)
-    assert longest_over_shortest(p.fluid.x[p.vapour], p.fluid.y[p.vapour]) > 2.0
+    assert length(positions(p.fluid)[p.vapour, :2]) > 2.0
     p.stepper.step(600)
     natural = 0.3761 * DX * np.sqrt(merged.n[0])  # mean distance from the centre of a disk of this volume
     assert len(p.bubbles().n) == 1
     assert mean_radius(p.bubbles(), p.scheme.scene())[0] == pytest.approx(natural, rel=0.04)  # measured .99
-    assert longest_over_shortest(p.fluid.x[p.vapour], p.fluid.y[p.vapour]) < 1.25  # measured 1.12
+    assert length(positions(p.fluid)[p.vapour, :2]) < 1.25  # measured 1.12
 
 
 @pytest.mark.parametrize("dim, cells", [(2, 24), pytest.param(3, 14, marks=pytest.mark.slow)])

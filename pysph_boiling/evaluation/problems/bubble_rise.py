@@ -7,7 +7,7 @@ import numpy as np
 from pysph.base import kernels
 
 from pysph_boiling.analysis.shapes import shapes
-from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem, standard_error
 from pysph_boiling.examples.bubble_rise import BubbleRise as Scene
 from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
 from pysph_boiling.materials import WATER_1ATM
@@ -86,12 +86,9 @@ class BubbleRise(Problem):
             steps=sum(run["steps"] for run in runs), particles=runs[0]["particles"],
             curves={"t sqrt(g/d) [-]": runs[0]["t"], "height [diameters]": runs[0]["height"]},
             facts=dict(speed=float(speeds.mean()), speed_low=float(speeds.min()), speed_high=float(speeds.max()),
-                       speed_error=self.error(speeds), aspect=float(aspects.mean()), aspect_error=self.error(aspects),
-                       eotvos=runs[0]["eotvos"], sweeps=float(np.mean([run["sweeps"] for run in runs]))))
-
-    def error(self, values):
-        """Standard error of the mean of ``values`` (starts,); 0 for one start."""
-        return float(values.std(ddof=1) / math.sqrt(self.starts)) if self.starts > 1 else 0.0
+                       speed_error=standard_error(speeds), aspect=float(aspects.mean()),
+                       aspect_error=standard_error(aspects), eotvos=runs[0]["eotvos"],
+                       sweeps=float(np.mean([run["sweeps"] for run in runs]))))
 
     def one(self, seed):
         """Run one start; lengths are in diameters, times in sqrt(diameter/g)."""

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import curve_fit
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from pysph_boiling.analysis.drops import pieces
 from pysph_boiling.evaluation.problems.periodic_box import periodic_box
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.materials import WATER_1ATM
@@ -44,12 +44,6 @@ def fitted_swing(t, shape):
     except RuntimeError:  # of SciPy, without a minimum
         return np.full(2, np.nan)
     return found
-
-
-def pieces(x, reach):
-    """Numbers of points (pieces,) in the pieces of points (n, dim), of which neighbours are closer than ``reach``."""
-    near = cKDTree(x).sparse_distance_matrix(cKDTree(x), reach, output_type="coo_matrix")
-    return np.bincount(connected_components(near)[1])
 
 
 def length(x):
@@ -229,7 +223,7 @@ class LaplacePressure(Bubble):
         reach = Cohesion().radius * self.spacing
         self.calm(stepper, fluid, seed)
         shape, found = self.place(fluid), []
-        sizes = pieces(shape, 1.6 * self.spacing)
+        _, sizes = pieces(shape, 1.6 * self.spacing)
         for _ in range(self.samples):
             stepper.step()
             pressure = self.virial(fluid, scheme, stepper.dt)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pysph_boiling.evaluation.problems.from_scene import from_scene
-from pysph_boiling.evaluation.problems.problem import Outcome, Problem
+from pysph_boiling.evaluation.problems.problem import Outcome, Problem, standard_error
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.schemes.effects import Cohesion, SiteAdhesion
@@ -45,4 +45,4 @@ class Departure(Problem):
         return Outcome(errors={}, seconds=stepper.seconds, simulated=stepper.t, steps=stepper.solver.count,
                        particles=len(scene.scheme.arrays[0].m),
                        facts={"sizes": sizes, "size": float(np.mean(sizes)) if enough else np.nan,
-                              "size_error": float(np.std(sizes, ddof=1) / len(sizes)**0.5) if enough else np.nan})
+                              "size_error": standard_error(sizes) if enough else np.nan})

@@ -2,7 +2,14 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-__all__ = ["Outcome", "Problem"]
+import numpy as np
+
+__all__ = ["Outcome", "Problem", "standard_error"]
+
+
+def standard_error(values):
+    """Standard error of the mean of ``values`` (n,), in their unit; 0 for one value."""
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class DensityConstraint(Effect):
         if self.chebyshev_radius and self.warm_start:
             raise ValueError(f"density.warm_start = {self.warm_start:g} is for plain sweeps, and density."
                              f"chebyshev_radius = {self.chebyshev_radius:g} accelerates them: both together lift water "
-                             "at rest by up to 20 %; leave one of them out")
+                             "at rest by up to 24 %; leave one of them out")
 
     @property
     def share_at_start(self):
