@@ -10,12 +10,13 @@ from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import nearest_image
 
-__all__ = ["PIECE", "Event", "Free", "Shape", "free_bubbles", "lasting", "mendelson", "merger", "pulsation",
+__all__ = ["PIECE", "Event", "Free", "Shape", "free_bubbles", "hole", "lasting", "mendelson", "merger", "pulsation",
            "rise_speed", "shapes", "split", "track"]
 
 PIECE = {2: 4, 3: 8}  # smallest number of particles that counts as a bubble of its own; fewer are a splash
 LASTS = 0.05  # [s] that bubbles must stay merged or apart
 TOGETHER = 2.0  # [spacings] vapour that is closer is seen as one bubble, in one piece or in several
+SECTORS = 12  # around the axis of a ring
 COVER = 2.0  # [spacings] thickness of the liquid above a bubble that is not at the surface
 MARGIN = 4.0  # [spacings] round a bubble within which voids are looked for
 SEMI_AXIS = {2: 4.0, 3: 5.0}  # squared semi-axis of a full ellipse or ellipsoid over the variance along it
@@ -158,6 +159,22 @@ def largest(fluid, t, dim, rho0):
         "height2": two.centroid[dim - 1] if two else np.nan}
 
 
+def hole(fluid, dim):
+    """Radius [m] of the hole in a ring-shaped bubble, the largest of a fluid array with labels; 0 if it is no ring.
+
+    It is the distance of the nearest of its particles from the vertical axis through its centroid. A bubble is a ring
+    (3-D) if it has vapour in each of ``SECTORS`` equal sectors around this axis; in 2-D there are none.
+    """
+    vapour = np.flatnonzero(fluid.phase == Phase.VAPOUR)
+    if dim == 2 or not len(vapour):
+        return 0.0
+    labels, counts = np.unique(fluid.bubble[vapour], return_counts=True)
+    own = positions(fluid)[vapour][fluid.bubble[vapour] == labels[np.argmax(counts)]][:, :2]
+    arm = own - own.mean(axis=0)
+    sectors = np.floor((np.arctan2(arm[:, 1], arm[:, 0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(int) % SECTORS
+    return float(np.min(np.linalg.norm(arm, axis=1))) if len(np.unique(sectors)) == SECTORS else 0.0
+
+
 def history(rows):
     """Column -> array (rows,) from the non-empty ``rows`` of :func:`largest`."""
     rows = [row for row in rows if row]
@@ -239,13 +256,15 @@ def lasting(t, holds, least):
 class Event:
     """A merger of two bubbles into one, or a split of one into several; ``t`` [s] is the first moment after it.
 
-    ``before`` and ``after`` are numbers of particles in all bubbles of at least ``PIECE`` particles; ``smaller`` is the
-    number in the smaller of the two bubbles before a merger, or of the two largest ones after a split.
+    ``before`` and ``after`` are numbers of vapour particles; ``satellites`` is how many of those after it are in pieces
+    of fewer than ``PIECE`` particles. ``smaller`` is the number in the smaller of the two bubbles before a merger, or
+    of the two largest ones after a split.
     """
 
     t: float
     before: int
     after: int
+    satellites: int
     smaller: int
 
     @property
@@ -274,4 +293,6 @@ def _event(history, new, old):
     after = int(np.searchsorted(t, moment))
     before = int(np.flatnonzero(old[:after])[-1])
     apart = before if history["bubbles"][before] >= 2 else after
-    return Event(float(moment), int(history["whole"][before]), int(history["whole"][after]), int(history["n2"][apart]))
+    n = history["n"].astype(int)
+    return Event(float(moment), n[before], n[after], n[after] - int(history["whole"][after]),
+                 int(history["n2"][apart]))

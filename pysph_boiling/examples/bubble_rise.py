@@ -18,7 +18,7 @@ from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, positions
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
+from pysph_boiling.runs.application import SceneApplication, SceneParameters, base_heater, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     BoxContainer,
@@ -58,6 +58,8 @@ class BubbleRiseParameters(SceneParameters):
                                    sets="dynamic_nucleation.superheat_limit")
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
+    base_superheat: float = param(0.0, "K", "temperature of the base above saturation; 0 for a base without a heater",
+                                  low=0.0, high=250.0)
 
 
 class BubbleRise(SceneApplication):
@@ -81,9 +83,9 @@ class BubbleRise(SceneApplication):
         """Centres and diameters of the bubbles at the start, in spacings: (x from the middle, height, diameter)."""
         return [(0.0, p.height, p.diameter)]
 
-    def flow(self, x, height, p):
-        """Horizontal and vertical velocity [m/s] at the start, at ``x`` from the middle and ``height``, in spacings."""
-        return np.zeros_like(x), np.zeros_like(x)
+    def flow(self, place, p):
+        """Velocity (n, dim) [m/s] at the start at ``place`` (n, dim), in spacings from the middle of the base."""
+        return np.zeros_like(place)
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
@@ -93,6 +95,7 @@ class BubbleRise(SceneApplication):
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
             heat=HeatConduction(time_scaling=p.time_scaling),
+            **base_heater(p, WATER_1ATM),
             phases=PhaseChange(),
             dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit),
             bubbles=BubbleLabels(),
@@ -111,7 +114,8 @@ class BubbleRise(SceneApplication):
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
         fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common)
-        return [fluid, box_vessel(lower, upper, kernel=scheme.kernel, **common)]
+        wall = box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=float(p.base_superheat > 0.0), **common)
+        return [fluid, wall]
 
     def start_temperature(self, p):
         return WATER_1ATM.T_sat + p.superheat
@@ -120,12 +124,12 @@ class BubbleRise(SceneApplication):
         fluid = arrays["fluid"]
         scheme.set_temperature(fluid, self.start_temperature(p))
         fluid.bubble[:] = NO_BUBBLE
-        middle = 0.5 * p.width
         place = positions(fluid)[:, :p.dim] / p.spacing
-        fluid.u[:], vertical = self.flow(place[:, 0] - middle, place[:, -1], p)
-        fluid.get("v" if p.dim == 2 else "w")[:] = vertical
+        place[:, :-1] -= 0.5 * p.width
+        for name, velocity in zip("uvw", self.flow(place, p).T):
+            fluid.get(name)[:] = velocity
         for x, height, diameter in self.bubbles(p):
-            centre = [middle + x, height] if p.dim == 2 else [middle + x, middle, height]
+            centre = [x, height] if p.dim == 2 else [x, 0.0, height]
             inside = np.linalg.norm(place - centre, axis=1) < 0.5 * diameter
             fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
             fluid.bubble[inside] = fluid.uid[inside].min()

@@ -58,10 +58,12 @@ class BubbleSplit(BubbleRise):
             venting=Venting(mode="lid", free_fraction=1.0, free_steps=6))
         return scheme
 
-    def flow(self, x, height, p):
-        x, z = x / p.eddy_size, (height - p.eddy_height) / p.eddy_size
+    def flow(self, place, p):
+        x, z = place[:, 0] / p.eddy_size, (place[:, -1] - p.eddy_height) / p.eddy_size
         speed = p.eddy_speed * np.sqrt(9.81 * p.spacing) * np.exp(-0.5 * (x**2 + z**2))
-        return -speed * x * z, -speed * (1.0 - x**2)
+        velocity = np.zeros_like(place)
+        velocity[:, 0], velocity[:, -1] = -speed * x * z, -speed * (1.0 - x**2)
+        return velocity
 
     def check_bubbles(self, history):
         event = split(history)

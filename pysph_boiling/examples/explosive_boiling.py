@@ -2,7 +2,7 @@
 
 Equations   those of steady_boiling without preset sites and heater; dynamic nucleation (the paper, eqs. 3-7); the
             oscillation of bubbles (eqs. 23-30); vapour that fills twice the volume of its liquid; a lid that returns
-            vented vapour as liquid.
+            vented vapour as liquid. With ``--base-superheat`` the base is heated, and bursts go on.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Figs. 5 and 6
             (``--no-oscillation``).
 Run time    about 6 minutes on two cores (3-D, 20,384 particles), half a minute with ``--flat``; the first run also
@@ -17,7 +17,7 @@ from pysph_boiling.analysis.level import surface_level
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block
-from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
+from pysph_boiling.runs.application import SceneApplication, SceneParameters, base_heater, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     ArtificialPressure,
@@ -64,6 +64,8 @@ class ExplosiveBoilingParameters(SceneParameters):
                               low=0.0, high=80.0)
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
                                 sets="heat.time_scaling")
+    base_superheat: float = param(0.0, "K", "temperature of the base above saturation; 0 for a base without a heater",
+                                  low=0.0, high=250.0)
 
 
 class ExplosiveBoiling(SceneApplication):
@@ -92,6 +94,7 @@ class ExplosiveBoiling(SceneApplication):
             wall_multipliers=WallMultipliers(),
             artificial_pressure=ArtificialPressure(),
             heat=HeatConduction(time_scaling=p.time_scaling),
+            **base_heater(p, WATER_1ATM),
             phases=PhaseChange(),
             dynamic_nucleation=DynamicNucleation(
                 superheat_limit=p.superheat_limit, radius=p.region_radius, seed=p.seed),
@@ -111,7 +114,8 @@ class ExplosiveBoiling(SceneApplication):
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
         return [fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common),
-                box_vessel(lower, upper, kernel=scheme.kernel, jitter=scheme.wall_jitter, **common)]
+                box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=float(p.base_superheat > 0.0),
+                           jitter=scheme.wall_jitter, **common)]
 
     def start_temperature(self, p):
         return WATER_1ATM.T_sat + np.array([p.superheat, -p.subcooling])
@@ -144,6 +148,10 @@ class ExplosiveBoiling(SceneApplication):
         results = self.ledger.table()
         burst, particles = results["n_burst"][-1], sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
         p, material = self.parameters, self.scheme.material
+        if p.base_superheat:
+            half = np.interp(0.5 * results["t"][-1], results["t"], results["n_burst"])
+            require(burst > half, "nothing burst in the second half, although the base is heated")
+            return  # the rest is about the heat at the start
         paid = p.hot * material.c_l * p.superheat / material.L  # fraction that the excess heat can vaporise
         require(0.01 <= burst / particles <= paid, f"{burst:g} of {particles} particles burst into vapour; it must be "
                 f"at least 1%, and at most the {paid:.1%} that the excess heat can vaporise")

@@ -9,8 +9,11 @@ Command     pysph-boiling run superheat_sites --sites 16
 """
 from dataclasses import dataclass
 
+import numpy as np
+
 from pysph_boiling.checks import require
 from pysph_boiling.examples.steady_boiling import SteadyBoiling, SteadyBoilingParameters
+from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 
 
@@ -29,6 +32,8 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
                                    sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
+    start_superheat: float = param(0.0, "K", "superheat of the lowest quarter of the water at the start; 0 to start at "
+                                   "the temperature of the rest", low=0.0, high=250.0)
     loss_coefficient: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
                                     may_change=True, sets="loss.coefficient")
 
@@ -47,6 +52,17 @@ class SuperheatSites(SteadyBoiling):
             loss=AmbientLoss(coefficient=p.loss_coefficient),
             dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit, radius=p.region_radius))
         return scheme
+
+    def start_temperature(self, p):
+        cold = super().start_temperature(p)
+        return np.array([WATER_1ATM.T_sat + p.start_superheat, cold]) if p.start_superheat else cold
+
+    def start(self, arrays, p, scheme):
+        if not p.start_superheat:
+            return super().start(arrays, p, scheme)
+        fluid = arrays["fluid"]
+        low = fluid.get("xyz"[p.dim - 1]) < 0.25 * p.fill * p.spacing
+        scheme.set_temperature(fluid, np.where(low, *self.start_temperature(p)))
 
     def check_final(self):
         self.check_needs("phases")

@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 
 from pysph_boiling.report import markdown
-from pysph_boiling.report.page import VERDICTS, bare_title, counts, label, sentence
+from pysph_boiling.report.page import VERDICTS, bare_title, basis, counts, label, sentence
 from pysph_boiling.report.sections import Section
 from pysph_boiling.runs.ledger import write_json
 
@@ -89,9 +89,12 @@ def blocks(sections, stem, quick, wording):
             yield f"![{caption}](images/{stem}_{section.key}.png)"
             yield f"*{caption}*"
         if section.statements:
-            yield rows((*wording.sides, "verdict"), [
-                (sentence(one.paper), " ".join(filter(None, (sentence(one.ours), one.why and sentence(one.why)))),
-                 VERDICTS[one.agrees]) for one in section.statements])
+            table = [(sentence(one.paper), basis(section, one),
+                      " ".join(filter(None, (sentence(one.ours), one.why and sentence(one.why)))),
+                      VERDICTS[one.agrees]) for one in section.statements]
+            shown = [k for k in range(4) if k != 1 or any(row[1] for row in table)]
+            columns = (wording.sides[0], "judged on", wording.sides[1], "verdict")
+            yield rows([columns[k] for k in shown], [[row[k] for k in shown] for row in table])
         for one in section.tables:
             yield plain(sentence(one.caption)) if one.caption else ""
             yield rows(one.columns, one.rows)

@@ -146,7 +146,7 @@ def one_section(section, folder, quick, wording):
               if paragraph.strip()]
     parts += [line for picture in section.pictures for line in media(picture, folder)]
     if section.statements:
-        parts += statements(section.statements, wording.sides)
+        parts += statements(section, wording.sides)
     for one in section.tables:
         rows = [[text(str(cell)) for cell in row] for row in one.rows]
         numbers = [k for k in range(len(one.columns)) if rows and all(is_number(str(row[k])) for row in one.rows)]
@@ -162,12 +162,18 @@ def one_section(section, folder, quick, wording):
     return parts
 
 
-def statements(rows, sides):
+def basis(section, statement):
+    """What a statement is judged on, and why its criterion is fair; empty if neither is known."""
+    return " ".join(sentence(words) for words in (section.judged_on, statement.fair) if words)
+
+
+def statements(section, sides):
     parts = ['<table class="statements">', f'<thead><tr><th scope="col">{sides[0]}</th><th scope="col">{sides[1]}</th>'
              '<th scope="col" class="verdict">verdict</th></tr></thead>', "<tbody>"]
-    for row in rows:
+    for row in section.statements:
         why = f'<p class="why">{text(sentence(row.why))}</p>' if row.why else ""
-        parts.append(f'<tr><td data-label="{sides[0]}">{text(sentence(row.paper))}</td>'
+        on = f'<p class="why">Judged on: {text(basis(section, row))}</p>' if basis(section, row) else ""
+        parts.append(f'<tr><td data-label="{sides[0]}">{text(sentence(row.paper))}{on}</td>'
                      f'<td data-label="{sides[1]}">{text(sentence(row.ours))}{why}</td>'
                      f'<td data-label="verdict" class="verdict {css(row.agrees)}">{VERDICTS[row.agrees]}</td></tr>')
     return [*parts, "</tbody>", "</table>"]

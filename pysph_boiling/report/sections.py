@@ -13,13 +13,18 @@ __all__ = ["Bound", "Picture", "Section", "Statement", "Table", "bound", "judged
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement of the paper, our measurement for it, and whether they agree (``None`` if that is undecided)."""
+    """A statement of the paper, our measurement for it, and whether they agree (``None`` if that is undecided).
+
+    ``why`` is the reason for a disagreement, ``fair`` says why the criterion is fair, and ``bounds`` are the
+    :class:`Bound` that decide the verdict.
+    """
 
     paper: str
     ours: str
     agrees: bool | None
     why: str = ""
-    bounds: list = field(default_factory=list)  # the Bounds that decide the verdict
+    bounds: list = field(default_factory=list)
+    fair: str = ""
 
     def __post_init__(self):
         if self.agrees is not None:  # JSON cannot write NumPy's bool
@@ -44,15 +49,16 @@ def bound(what, values, low, high):
     return Bound(what, min(values), max(values), float(low), float(high))
 
 
-def judged(paper, ours, bounds, why="", conclusive=True):
+def judged(paper, ours, bounds, why="", conclusive=True, *, fair=""):
     """A :class:`Statement` that agrees if every measured value is within its bounds, which NaN is not.
 
     If it is not ``conclusive``, it is undecided. ``why`` is the reason for a disagreement; the bounds are given before
-    it.
+    it. ``fair`` says why the bounds are fair.
     """
     agrees = all(one.low <= one.least and one.most <= one.high for one in bounds) if conclusive else None
     terms = ", ".join(f"{one.what} {one.low:.3g} to {one.high:.3g}" for one in bounds)
-    return Statement(paper, ours, agrees, f"it agrees for {terms}" + (f"; {why}" if why and not agrees else ""), bounds)
+    return Statement(paper, ours, agrees, f"it agrees for {terms}" + (f"; {why}" if why and not agrees else ""), bounds,
+                     fair)
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,7 @@ class Table:
 class Section:
     """Everything that a page shows of one figure or study.
 
+    ``judged_on`` names the scene, length and forms of the runs that the statements are judged on;
     ``data`` names the CSV and npz files with its numbers, ``commands`` are the commands of its runs, and ``origins``
     says where they were made (:func:`pysph_boiling.report.page.origin`).
     """
@@ -87,6 +94,7 @@ class Section:
     statements: list = field(default_factory=list)
     data: list = field(default_factory=list)
     text: str = ""
+    judged_on: str = ""
     commands: list = field(default_factory=list)
     origins: list = field(default_factory=list)
 

@@ -32,7 +32,7 @@ from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
 from pysph_boiling.runs.provenance import origin
 from pysph_boiling.runs.resume import Resumed, scheme_settings, with_units
-from pysph_boiling.schemes.effects import check_parameters, check_temperatures, param
+from pysph_boiling.schemes.effects import Heater, check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.options import add_former_options
@@ -71,6 +71,12 @@ def upright_box(p, width, height):
     size = [width * p.spacing] * 3
     size[p.dim - 1] = height * p.spacing
     return (0.0, 0.0, 0.0), tuple(size[:p.dim] + [0.0] * (3 - p.dim))
+
+
+def base_heater(p, material):
+    """The slot and effect of a heated base, ``p.base_superheat`` [K] above saturation; empty if it is 0 or missing."""
+    superheat = getattr(p, "base_superheat", 0.0)
+    return dict(heater=Heater(temperature=material.T_sat + superheat)) if superheat else {}
 
 
 def check_writable(folder):

@@ -73,16 +73,22 @@ def facts_of(scheme, arrays, T, candidates):
 
 
 def needs(slot):
-    """The slots that must be decided before ``slot``."""
-    first = EFFECTS[slot][0]
-    return {*first.requires, *(first.auto_rule.after if first.auto_rule else ())}
+    """The slots that must be chosen before ``slot``."""
+    effect = EFFECTS[slot][0]
+    return {*effect.requires, *(effect.auto_rule.after if effect.auto_rule else ())}
+
+
+def first(slot):
+    """The slots that must be decided before ``slot``: those it needs, and others that its rule asks about."""
+    rule = EFFECTS[slot][0].auto_rule
+    return needs(slot) | set(rule.decided if rule else ())
 
 
 def in_order(slots):
-    """``slots`` in an order in which each comes after those it needs. Raises ``ValueError`` for a circle."""
+    """``slots`` in an order in which each comes after those decided first. Raises ``ValueError`` for a circle."""
     pending, order = list(slots), []
     while pending:
-        free = [slot for slot in pending if not needs(slot) & set(pending)]
+        free = [slot for slot in pending if not first(slot) & set(pending)]
         if not free:
             raise ValueError(f"effects need each other, or themselves: {', '.join(sorted(pending))}")
         pending.remove(free[0])

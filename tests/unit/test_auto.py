@@ -18,7 +18,7 @@ BUBBLES = {"bubbles", "pooling", "buoyancy", "cohesion", "drag", "venting"}
 SINGLE = {"dynamic_nucleation", "condensation", "expansion"}
 DIFFERS = {
     "heated_slab": {"density", "container", "viscosity", "convection"},
-    "bubble_held": SINGLE, "bubble_merge": SINGLE, "bubble_rise": SINGLE, "bubble_split": SINGLE,
+    **dict.fromkeys(("bubble_held", "bubble_merge", "bubble_ring", "bubble_rise", "bubble_split"), SINGLE),
     "cooling": {"dynamic_nucleation"}, "superheat_sites": {"expansion"},
 }
 

@@ -101,23 +101,23 @@ def test_lasting_asks_for_time():
 
 
 def made_up(bubbles, whole, n2, dt=0.02):
-    """A history with the columns that events are read from."""
+    """A history with the columns that events are read from; two particles are in no bubble of its own."""
     return {"t": dt * np.arange(len(bubbles)), "bubbles": np.array(bubbles, float), "whole": np.array(whole, float),
-            "n2": np.array(n2, float)}
+            "n": np.array(whole, float) + 2.0, "n2": np.array(n2, float)}
 
 
 def test_merger_and_split_with_their_volumes():
     joined = made_up([2, 2, 2, 2, 2, 1, 2, 1, 1, 1, 1], [60] * 5 + [61, 61] + [62] * 4,
                      [20] * 5 + [np.nan, 20] + [np.nan] * 4)
     event = merger(joined)
-    assert (event.t, event.before, event.after, event.smaller) == (pytest.approx(0.14), 61, 62, 20)
-    assert event.ratio == pytest.approx(62 / 61)
+    assert (event.t, event.before, event.after, event.smaller) == (pytest.approx(0.14), 63, 64, 20)
+    assert event.satellites == 2 and event.ratio == pytest.approx(64 / 63)
     assert split(joined) is None, "two from the start is no split"
 
     torn = made_up([1, 1, 2, 1, 1, 2, 2, 3, 3], [80, 80, 79, 80, 80, 78, 78, 79, 79],
                    [np.nan, np.nan, 9, np.nan, 1, 30, 30, 25, 25])
     event = split(torn)
-    assert (event.t, event.before, event.after, event.smaller) == (pytest.approx(0.1), 80, 78, 30)
+    assert (event.t, event.before, event.after, event.smaller) == (pytest.approx(0.1), 82, 80, 30)
     assert merger(torn) is None
 
 

@@ -24,10 +24,19 @@ def make(figure, finished, root, quick):
     own = figure.runs(quick)
     section = figure.make({run.name: finished[run.name] for run in own}, folder, quick)
     section.commands = [run.command for run in own]
+    section.judged_on = judged_on([finished[run.name] for run in own])
     section.origins = [origin(finished[run.name].record) for run in own]
     section.save(folder)
     verdicts = [statement.agrees for statement in section.statements]
     return f"{figure.key}: {section.title}: {verdicts.count(True)} of {len(verdicts)} statements agree"
+
+
+def judged_on(results):
+    """Scene and length of finished runs: ``superheat_sites, 12 s``; empty without runs."""
+    lengths = {}
+    for result in results:
+        lengths.setdefault(result.run.scene, set()).add(f"{result.table['t'][-1]:.3g}")
+    return "; ".join(f"{scene}, {' and '.join(sorted(times, key=float))} s" for scene, times in lengths.items())
 
 
 def reproduce(arguments):

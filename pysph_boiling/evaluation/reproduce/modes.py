@@ -84,7 +84,9 @@ class ModesPictures(Figure):
             [bound("theirs a site", [n / sites for n in bubbles["li_xiao"]], 0.01, 1.0),
              bound("ours a site", [n / sites for n in bubbles["dynamic"]], 1.0, 20.0)],  # more would be a foam
             "In the small form their model has hardly begun to boil." if quick else
-            "Their model emits whole bubbles, and several bubbles from one site may be rising at a time.", not quick)]
+            "Their model emits whole bubbles, and several bubbles from one site may be rising at a time.", not quick,
+                             fair="Nine sites in each; a bubble counts as long as it is in the vessel, and every run "
+                                  "of ours must have more than each of theirs")]
         return self.section(
             pictures=pictures, statements=statements, data=["bubbles.csv"],
             tables=[Table(("model", "bubbles at a time", "net vapour [1/s]", "vented [1/s]"), rows,
@@ -124,7 +126,8 @@ class ModesCounts(ModesPictures):
             judged("The model of Gu et al. cannot superheat liquid.",
                       f"At most {none:.0f} superheated particles at any time, in every run.",
                    [bound("superheated particles", [none], 0, 0), bound("share that is vapour, second half", [
-                       mean_between(one.table, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)]),
+                       mean_between(one.table, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)],
+                   fair="No particle may be superheated in any row of any run, while the vessel boils"),
             judged("Ours superheats, and dynamic nucleation keeps that bounded.",
                       f"{spread(count['dynamic'])} superheated particles in the second half; the ratio of the last to "
                       f"the middle third is {spread([ratio for _, ratio in ours])}; the first vapour forms at "
@@ -132,18 +135,22 @@ class ModesCounts(ModesPictures):
                    [bound("last over middle third", [ratio for _, ratio in ours], 1.0 / BOUNDED, BOUNDED),
                     bound("share of all particles", [n / total for n in count["dynamic"]], 0.001, 0.5)],
                    "The pool still warms, so more of it is counted as superheated." if max(bursts) > 0.0 else
-                   "No region burst: what bounds it is the sites.", conclusive=max(bursts) > 0.0),
+                   "No region burst: what bounds it is the sites.", conclusive=max(bursts) > 0.0,
+                   fair="Bounded is a last third within 15 % of the middle one; something must burst, or nothing is "
+                        "told of dynamic nucleation"),
             judged("Li & Xiao's superheats more liquid than ours once it boils.",
                       f"{spread(count['li_xiao'])} superheated particles in the second half, in ours "
                       f"{spread(count['dynamic'])}; in theirs the number grows by a factor of {spread(theirs)} from "
                       f"the middle to the last third, and the first vapour forms at {spread(starts['li_xiao'])} s.",
-                   [bound("particles in theirs", count["li_xiao"], max(count["dynamic"]), total)]),
+                   [bound("particles in theirs", count["li_xiao"], max(count["dynamic"]), total)],
+                   fair="Every run of theirs must have more than each of ours, up to all particles"),
             judged("Nothing releases the excess energy there: it gets hotter than ours.",
                       "Highest temperature of liquid or vapour, mean over the second half: "
                       f"{spread(hottest['li_xiao'], digits=4)} K, in ours {spread(hottest['dynamic'], digits=4)} K; "
                       f"mean temperature {spread(warm['li_xiao'], digits=4)} and "
                       f"{spread(warm['dynamic'], digits=4)} K.",
-                   [bound("temperature in theirs in K", hottest["li_xiao"], max(hottest["dynamic"]), CRITICAL)]),
+                   [bound("temperature in theirs in K", hottest["li_xiao"], max(hottest["dynamic"]), CRITICAL)],
+                   fair="Every run of theirs must be hotter than each of ours, and below the critical point of water"),
         ]
         rows = [[NAMES[mode], *(spread(measured[mode], digits=4) for measured in (count, hottest, warm))]
                 for mode in NAMES]

@@ -28,6 +28,8 @@ __all__ = ["Toy", "call", "evaluate"]
 class Toy:
     """A small 2-D block of liquid with one site, under its middle or out of reach, in one of the modes.
 
+    ``phases`` is the effect of that slot, the default one if not given.
+
     The particles do not move; ``step`` evaluates phases and dynamic nucleation.
     """
 
@@ -35,8 +37,8 @@ class Toy:
     SIDE = 7  # particles along each side
     DT = 0.01  # [s]
 
-    def __init__(self, mode="dynamic", *, site=True):
-        effects = dict(heat=HeatConduction(), phases=PhaseChange(), preset_nucleation=PresetNucleation(),
+    def __init__(self, mode="dynamic", *, site=True, phases=None):
+        effects = dict(heat=HeatConduction(), phases=phases or PhaseChange(), preset_nucleation=PresetNucleation(),
                        bubbles=BubbleLabels(), condensation=Condensation(),
                        dynamic_nucleation=DynamicNucleation(superheat_limit=100.0))
         self.scheme = BoilingScheme(["fluid"], [], dim=2, spacing=self.DX, sites=["sites"], material=WATER_1ATM,
@@ -57,10 +59,10 @@ class Toy:
         self.fluid.e[:], self.fluid.phase[:] = WATER_1ATM.L * np.asarray(e, float), phase
         return self
 
-    def step(self, n=1):
-        """Evaluate phases and dynamic nucleation ``n`` times; returns the phases."""
+    def step(self, n=1, stages=("phases", "dynamic_nucleation")):
+        """Evaluate phases and dynamic nucleation, or other ``stages``, ``n`` times; returns the phases."""
         for _ in range(n):
-            for stage in ("phases", "dynamic_nucleation"):
+            for stage in stages:
                 evaluate(self.scheme, stage, self.arrays, dt=self.DT)
         return self.fluid.phase.copy()
 

@@ -1,10 +1,13 @@
 """Figure 2: the states of a particle, their transitions and the kind of heat, drawn from the table in the code."""
+import numpy as np
+
 from pysph_boiling.analysis.drawing import INK, PHASE_COLOURS
 from pysph_boiling.evaluation.reproduce.figure import Figure
+from pysph_boiling.evaluation.reproduce.rules import Toy
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.phases import EDGES, Phase, temperature
 from pysph_boiling.report.pictures import plot
-from pysph_boiling.report.sections import Picture, Statement, Table, write_csv
+from pysph_boiling.report.sections import Picture, Statement, Table, bound, judged, write_csv
 from pysph_boiling.schemes.effects import Condensation, PhaseChange
 
 __all__ = ["StateDiagram", "channels", "draw_states", "main_channel", "trigger"]
@@ -102,6 +105,7 @@ class StateDiagram(Figure):
         rows = [(NAMES[edge.source], NAMES[edge.target], trigger(edge), change_of_heat(edge), edge.meaning)
                 for edge in EDGES]
         columns = ("from", "to", "on", "heat", "meaning")
+        found, more = statements()
         return self.section(
             pictures=[Picture("states.png", "The state machine, drawn from the table of transitions in phases.py, "
                                             "which the kernels implement. e is the enthalpy relative to saturated "
@@ -111,12 +115,13 @@ class StateDiagram(Figure):
                       ],
             tables=[Table(columns, rows, "The edges")],
             data=[write_csv(folder / "edges.csv", dict(zip(columns, zip(*rows))))],
-            statements=statements(),
-            text="The statements are from sections 3.2.2, 3.3 and 4.2.2 of the paper, which describe the figure.")
+            statements=found,
+            text="The statements are from sections 3.2.2, 3.3 and 4.2.2 of the paper, which describe the figure. "
+            + more)
 
 
 def statements():
-    """The paper's statements on the transitions, each with the row of the table that answers it."""
+    """The paper's statements on the transitions, with the row of the table that answers each; and what is not there."""
     table = {(edge.source, edge.target): edge for edge in EDGES}
     L, T, S, V = Phase
     transitions = [
@@ -137,25 +142,38 @@ def statements():
         edge, ours = table.get((source, target)), "no such edge"
         if edge:
             ours = f"{NAMES[source]} → {NAMES[target]} on {trigger(edge)}; {change_of_heat(edge)}"
-        rows.append(Statement(paper, ours, edge is not None and (edge.enthalpy, edge.kinetic, edge.by) == (
-            enthalpy, kinetic, by)))
+        rows.append(Statement(
+            paper, ours, edge is not None and (edge.enthalpy, edge.kinetic, edge.by) == (enthalpy, kinetic, by),
+            fair="The row of the table in the code from which the kernels are made and tested; states, condition and "
+                 "rule must be those of the text"))
 
-    stored = 0.5 * WATER.L
-    form, jump = PhaseChange().interrupt, float(temperature(stored, S, WATER)) - WATER.T_sat
-    rows.insert(2, Statement(
-        "A particle that loses its site goes from phase change to superheated, and the latent heat stored so far "
-        "turns into sensible heat.",
-        f"{NAMES[T]} → {NAMES[S]} on {trigger(table[T, S])}; the heat stored so far is "
-        + ("converted." if form == "convert" else "held: the particle stays at saturation and warms up from there."),
-        form == "convert",
-        "" if form == "convert" else f"Conversion would heat a particle that is half way to vapour by {jump:.0f} K in "
-        "one step. The paper's form is available as --phases.interrupt convert."))
-    known = {(source, target) for _, source, target, *_ in transitions} | {(T, S)}
-    more = [edge for edge in EDGES if (edge.source, edge.target) not in known]
-    rows.append(Statement(
-        "These seven transitions are all that the text describes.",
-        f"{len(EDGES)} edges; besides them "
-        + ", ".join(f"{NAMES[edge.source]} → {NAMES[edge.target]} on {trigger(edge)}" for edge in more) + ".",
-        not more, "Without these, a particle that cools below saturation would never become normal liquid again."
-        if more else ""))
-    return rows
+    rows.insert(2, interruption())
+    more = [edge for edge in EDGES if (edge.source, edge.target) not in
+            {(source, target) for _, source, target, *_ in transitions} | {(T, S)}]
+    return rows, ("The table has two transitions more than the text: "
+                  + ", ".join(f"{NAMES[edge.source]} → {NAMES[edge.target]} on {trigger(edge)}" for edge in more)
+                  + ". Without them a particle that cools below saturation would never become normal liquid again.")
+
+
+def interruption(stored=0.5):
+    """The statement on lost sites, judged in the paper's form; ``stored`` is the latent heat before, in units of L."""
+    def warmed(form):
+        """Rise of temperature [K] of particles that lose their site, and their phases."""
+        toy = Toy(site=False, phases=PhaseChange(interrupt=form)).heat(stored, Phase.TRANSITION)
+        phases, fluid = toy.step(stages=("phases",)), toy.fluid
+        held = fluid.e_lat if "e_lat" in fluid.properties else np.zeros_like(fluid.e)
+        return [float(temperature(e, phase, WATER, e_lat)) - WATER.T_sat
+                for e, phase, e_lat in zip(fluid.e, phases, held)], phases
+
+    jump, phases = warmed("convert")
+    due = stored * WATER.L / WATER.c_l
+    return judged(
+        "A particle that loses its site goes from phase change to superheated, and the latent heat stored so far turns "
+        "into sensible heat.",
+        f"{sum(phases == Phase.SUPERHEATED)} of {len(phases)} particles that hold {stored:g} L become superheated, "
+        f"{jump[0]:.0f} K hotter. By default this heat is held instead, and they are {warmed('hold')[0][0]:.0f} K "
+        "hotter, because a particle should not jump by hundreds of kelvins in a step.",
+        [bound("particles, of all, that become superheated", [np.mean(phases == Phase.SUPERHEATED)], 1, 1),
+         bound("rise of temperature in K", jump, 0.999 * due, 1.001 * due)],
+        fair="The kernels with --phases.interrupt convert, the paper's form, on a block of liquid; all the latent heat "
+             "must be sensible afterwards")

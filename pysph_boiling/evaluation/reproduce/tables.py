@@ -95,7 +95,9 @@ class Models(Figure):
                 "it turns into vapour may be colder.",
         }
         return Statement(f"{aspect}. {text(paper)}", text(own), paper == own,
-                         "" if paper == own else why.get(aspect, ""))
+                         "" if paper == own else why.get(aspect, ""),
+                         fair="Every cell must be the paper's, in the words to which the kernels' answers on blocks of "
+                              "liquid lead")
 
 
 class HeatChannels(Figure):
@@ -109,13 +111,15 @@ class HeatChannels(Figure):
         rows, statements = [], []
         for phase, paper in PAPER_CHANNELS.items():
             own, literal = channels(phase), channels(phase, **papers)
-            rows.append((NAMES[phase], f"{paper} heat", describe_channels(own), describe_channels(literal)))
-            agrees = {kind for _, kind in own} == {paper}
-            as_paper = {kind for _, kind in literal} == {paper}
+            rows.append((NAMES[phase], f"{paper} heat", describe_channels(literal), describe_channels(own)))
             statements.append(Statement(
-                f"{NAMES[phase].capitalize()}: {paper} heat", describe_channels(own), agrees,
-                "" if agrees else WHY[phase] + (f" With {OPTION[phase]} it agrees." if as_paper else "")))
-        columns = ("state", "the paper", "ours", "ours in the paper's forms")
+                f"{NAMES[phase].capitalize()}: {paper} heat",
+                describe_channels(literal) + ("." if own == literal else
+                                              f"; by default {describe_channels(own)}. {WHY[phase]}"),
+                {kind for _, kind in literal} == {paper},
+                fair="The kernels' temperature in the paper's forms before and after a little heat: it must rise with "
+                     "sensible heat, and stay with latent heat"))
+        columns = ("state", "the paper", "ours in the paper's forms", "ours by default")
         return self.section(
             tables=[Table(columns, rows, "e is the enthalpy relative to saturated liquid, e_lat the latent heat held "
                           "since an interruption")],
@@ -131,7 +135,6 @@ WHY = {
                   "particle by particle. If vapour cooled instead, a bubble of eleven particles would never condense, "
                   "even in ice water.",
 }
-OPTION = {Phase.SUPERHEATED: "--phases.interrupt convert", Phase.VAPOUR: "--condensation.form paper"}
 
 
 def describe_channels(found):

@@ -124,6 +124,7 @@ class Rule(NamedTuple):
 
     The effect is chosen if all effects that it requires and all slots in ``after`` have been chosen, and ``holds(facts,
     chosen)`` is true, where ``facts`` is a :class:`pysph_boiling.schemes.auto.Facts` and ``chosen`` is slot -> effect.
+    The slots in ``decided`` are decided before it, and may have been left out.
 
     ``why`` and ``why_not`` are the reasons to print, in which ``{}`` is the result of ``holds`` and ``{f}`` the facts.
     """
@@ -132,6 +133,7 @@ class Rule(NamedTuple):
     why: str
     why_not: str = ""
     after: tuple[str, ...] = ()
+    decided: tuple[str, ...] = ()
 
 
 class Flow(NamedTuple):

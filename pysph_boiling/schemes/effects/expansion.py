@@ -32,8 +32,11 @@ class Expansion(Effect):
     slot: ClassVar[str] = "expansion"
     title: ClassVar[str] = "expansion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
-    auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "what bursts must swell",
-                                      after=("dynamic_nucleation",))
+    auto_rule: ClassVar[Rule] = Rule(
+        lambda facts, chosen: "what bursts must swell" if "dynamic_nucleation" in chosen else
+        "its pulsation changes the volume of a bubble" if getattr(
+            facts.candidates.get("oscillation"), "form", "") == "rayleigh_plesset" else "",
+        "{}", "nothing bursts or pulsates", decided=("dynamic_nucleation",))
     v_exp: float = param(2.0, "-", "rest volume of vapour relative to liquid (water at 1 atm: 1600); in 2-D below "
                          "3.166 with the default kernel and smoothing length", low=1.0, high=4.0)
     ramp: float = param(10.0, "-", "time in which vapour swells, in units of sqrt(spacing/|g|); faster swelling "
