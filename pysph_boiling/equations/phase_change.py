@@ -4,6 +4,8 @@ The table of edges is :data:`pysph_boiling.phases.EDGES`. One group finds the ki
 neighbours, and the next one writes the new states. The integers are those of :class:`pysph_boiling.phases.Phase`:
 0 liquid, 1 transition, 2 superheated, 3 vapour.
 """
+from math import sqrt
+
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
@@ -117,7 +119,12 @@ class PhaseKineticReset(Equation):
 
 
 class PhaseVapourCondition(Equation):
-    """Kinetic condition from vapour: liquid at or above saturation within ``radius`` of a vapour particle.
+    """Kinetic condition from vapour: the first layer of liquid at or above saturation round a bubble.
+
+    These are particles within ``radius`` of vapour, with no liquid between them and the nearest vapour particle. One is
+    between them if it is nearer to both than they are to each other by more than 1 % (the relative neighbourhood graph
+    of Toussaint 1980; the margin is for lattices, where distances are equal up to round-off). A second layer at T_sat
+    would make a bubble gather heat as if it were larger by that layer.
 
     Source: ours; without it a bubble cannot grow away from its site (the paper only mentions sites).
 
@@ -125,7 +132,8 @@ class PhaseVapourCondition(Equation):
     ----------
     radius : float   Kinetic radius [m], > 0; 1.0 to 1.5 spacings.
 
-    Reads    d_e [J/kg], d_phase, s_phase, positions.   Writes   d_kinetic, own index only.
+    Reads    d_e [J/kg], d_phase, s_phase, positions.   Writes   d_kinetic; d_vapour_distance, of the nearest vapour in
+    reach [m], 0 where there is none, or only liquid below saturation; own index only.
     Needs    PhaseKineticReset in the same group.   Errors   ValueError if radius <= 0.
     """
 
@@ -135,9 +143,16 @@ class PhaseVapourCondition(Equation):
         self.radius2 = float(radius) * float(radius)
         super().__init__(dest, sources)
 
-    def loop_all(self, d_idx, d_e, d_phase, d_kinetic, d_x, d_y, d_z, s_phase, s_x, s_y, s_z, NBRS, N_NBRS):
+    def loop_all(self, d_idx, d_e, d_phase, d_kinetic, d_vapour_distance, d_x, d_y, d_z, s_phase, s_x, s_y, s_z, NBRS,
+                 N_NBRS):
         i = declare('int')
+        found = declare('int')
         s_idx = declare('long')
+        nearest = declare('long')
+        best = self.radius2
+        found = 0
+        nearest = 0
+        d_vapour_distance[d_idx] = 0.0
         if d_phase[d_idx] != 3:
             if d_e[d_idx] >= 0.0:
                 for i in range(N_NBRS):
@@ -146,8 +161,28 @@ class PhaseVapourCondition(Equation):
                         rx = d_x[d_idx] - s_x[s_idx]
                         ry = d_y[d_idx] - s_y[s_idx]
                         rz = d_z[d_idx] - s_z[s_idx]
-                        if rx*rx + ry*ry + rz*rz < self.radius2:
-                            d_kinetic[d_idx] = 1
+                        r2 = rx*rx + ry*ry + rz*rz
+                        if r2 < best:
+                            best = r2
+                            nearest = s_idx
+                            found = 1
+        if found == 1:
+            d_vapour_distance[d_idx] = sqrt(best)
+            best = 0.98 * best
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] != 3:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    r2 = rx*rx + ry*ry + rz*rz
+                    rx = s_x[nearest] - s_x[s_idx]
+                    ry = s_y[nearest] - s_y[s_idx]
+                    rz = s_z[nearest] - s_z[s_idx]
+                    if max(r2, rx*rx + ry*ry + rz*rz) < best:
+                        found = 0
+            if found == 1:
+                d_kinetic[d_idx] = 1
 
 
 class PhaseEdges(PhaseEquation):

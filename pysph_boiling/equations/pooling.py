@@ -2,7 +2,40 @@
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
-__all__ = ["PoolingJoin", "PoolingShare"]
+__all__ = ["PoolingInterface", "PoolingJoin", "PoolingShare"]
+
+
+class PoolingInterface(Equation):
+    r"""Conductivity of liquid in transition near vapour, so that its heat arrives at the surface of the bubble.
+
+    .. math::  k_i \leftarrow k_i \frac{\Delta x}{2 d_i} \quad\text{where } d_i > \tfrac12 \Delta x
+
+    Such liquid is at T_sat, but T_sat belongs to the surface, which lies half a spacing from the centre of the nearest
+    vapour particle, so d - dx/2 away. In the harmonic mean of a pair the half spacing on its side then counts as d.
+    Without this a bubble gathers heat as if its radius were larger by d - dx/2. Liquid that is not pooled needs no
+    correction: while it stores its own latent heat, the surface moves through it, and is on the mean in its centre.
+
+    Source: ours; resistances in series.
+
+    Parameters
+    ----------
+    spacing : float   Particle spacing dx [m], > 0.
+
+    Reads    d_phase, d_vapour_distance [m], 0 where there is none.   Writes   d_k [W/(m K)], own index only.
+    Needs    PhaseTemperature and the heat from walls in earlier groups: that heat need not pass the centre.
+    Errors   ValueError if spacing <= 0.   Limits   The vapour is taken to be as large as liquid, also with expansion.
+    """
+
+    def __init__(self, dest, sources, spacing):
+        if not spacing > 0.0:
+            raise ValueError(f"spacing must be > 0 m, got {spacing} m")
+        self.half = 0.5 * float(spacing)
+        super().__init__(dest, sources)
+
+    def initialize(self, d_idx, d_phase, d_vapour_distance, d_k):
+        if d_phase[d_idx] == 1:
+            if d_vapour_distance[d_idx] > self.half:
+                d_k[d_idx] *= self.half / d_vapour_distance[d_idx]
 
 
 class PoolingJoin(Equation):

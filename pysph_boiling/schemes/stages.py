@@ -58,7 +58,9 @@ STAGES = (
         Block((
             GroupSpec("temperature", "temperature and conductivity from enthalpy", ("T", "k")),
             GroupSpec("weights", "weights of the heater's power"),
-            GroupSpec("exchange", "conduction, heater, loss, source"),
+            GroupSpec("heater", "heat from heaters"),
+            GroupSpec("interface", "conductivity of liquid in transition, by its distance from vapour", ("k",)),
+            GroupSpec("exchange", "conduction, loss, source"),
             GroupSpec("update", "forward Euler step of the enthalpy, and its temperature", ("e", "T")),
         )),
     )),

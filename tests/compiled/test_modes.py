@@ -41,7 +41,7 @@ def test_table_of_modes():
         terms = BoilingScheme(["fluid"], ["wall"], dim=2, spacing=0.01, sites=["sites"], **effects).terms()
         return {type(term.equation).__name__ for term in terms}
 
-    conditions = {"PhaseVapourCondition", "NucleationSiteCondition", "PoolingJoin", "PoolingShare"}
+    conditions = {"PhaseVapourCondition", "NucleationSiteCondition", "PoolingInterface", "PoolingJoin", "PoolingShare"}
     assert kernels(BOIL) - kernels(gu) == conditions and kernels(gu) <= kernels(BOIL)
     assert kernels(BOIL) - kernels(li_xiao) == conditions | {"BubbleSiteAdhesion"}
     assert {name for name in kernels(li_xiao) - kernels(BOIL) if not name.startswith("Storage")} == set()

@@ -271,6 +271,36 @@ def test_reach_of_sites_and_of_vapour(near, radii, dim):
     np.testing.assert_array_equal(cases.run(), want)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_only_the_first_layer_round_vapour_boils(dim):
+    """A disordered lattice with a bubble of vapour, against all triples: liquid, its nearest vapour, what is between.
+
+    On the lattice itself that is the layer of the next neighbours, though diagonal ones are in reach.
+    """
+    side = {2: 13, 3: 5}[dim]
+    lattice = np.stack(np.meshgrid(*[np.arange(side) - side // 2] * dim, indexing="ij"), -1).reshape(-1, dim)
+    vapour, n = np.linalg.norm(lattice, axis=1) < {2: 2.3, 3: 1.2}[dim], len(lattice)
+    for disorder in (0.0, 0.3):
+        cases, points = Cases("hold", dim=dim), np.zeros((n, 3))
+        points[:, :dim] = lattice + disorder * np.random.default_rng(dim).uniform(-1.0, 1.0, lattice.shape)
+        cases.set(np.where(vapour, Phase.VAPOUR, Phase.LIQUID), 0.1 * L)
+        for name, column in zip("xyz", (DX * (points + [50.0, 60.0, 0.0])).T):  # far from the sites
+            cases.pa.get(name)[:n] = column
+        r = np.linalg.norm(points[:, None] - points[None, :], axis=-1)
+        want, distance = np.zeros(n, bool), np.zeros(n)
+        for i in np.flatnonzero(~vapour):
+            v = np.flatnonzero(vapour)[np.argmin(r[i, vapour])]
+            if r[i, v] < 1.5:
+                between = ~vapour & (np.maximum(r[i], r[v]) < 0.98**0.5 * r[i, v])
+                want[i], distance[i] = not between.any(), r[i, v]
+        np.testing.assert_array_equal(cases.run() == Phase.TRANSITION, want)
+        np.testing.assert_allclose(cases.pa.vapour_distance[:n], DX * distance, rtol=1e-12)
+        if disorder == 0.0:
+            near = np.where(vapour[:, None], r, 9.0).min(0)
+            np.testing.assert_array_equal(want, ~vapour & (near < 1.1))
+            assert np.any(~vapour & ~want & (near < 1.5))
+
+
 def test_without_vapour_as_site_there_is_no_such_term():
     def kinetic(name):
         terms = scheme(name, dim=2, spacing=DX).terms()

@@ -256,3 +256,28 @@ def test_step_labels_new_vapour_at_once():
 def test_radius_must_be_positive():
     with pytest.raises(ValueError, match="kinetic radius must be > 0 m, got 0"):
         PoolingJoin("fluid", ["fluid"], radius=0.0)
+
+
+# --- the surface of the bubble ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distance", [0.4, 0.5, 0.8, 1.0, 1.4])
+def test_heat_arrives_at_the_surface_of_the_bubble(distance):
+    """Liquid in transition and hot liquid a spacing apart, with the surface d - 1/2 beyond the former.
+
+    The way of the heat is 1/2 + d instead of 1, if the surface is not before the centre; so is the resistance.
+    """
+    pools = Pools([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], [S, int(Phase.SUPERHEATED)], [0.2, 0.1])
+    pools.pa.heat_dt[0] = 1e-9
+
+    def given(at):
+        """Rate of the enthalpy [W/kg] of the hot liquid, with vapour ``at`` spacings from the other, or none."""
+        pools.pa.vapour_distance[:] = [DX * at, 0.0]
+        pools.stepper.run_stage("heat")
+        return pools.pa.ae[1]
+
+    plain, measured = given(0.0), given(distance)
+    assert plain < 0.0
+    assert plain / measured == pytest.approx(max(1.0, 0.5 + distance), rel=1e-10)  # it changes T by 1e-12
+    pools.pa.phase[0] = Phase.SUPERHEATED  # not at saturation: it conducts from its centre
+    assert given(distance) == pytest.approx(given(0.0), rel=1e-10)

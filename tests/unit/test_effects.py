@@ -46,7 +46,7 @@ OWNS = {
     "source": ("HeatUniformSource", "q_source", "", "energy_source"),
     "phases": (
         "PhaseTemperature PhaseTemperatureAfter PhaseKineticReset PhaseVapourCondition PhaseEdges",
-        "phase kinetic vaporised interrupted e_lat", "",
+        "phase kinetic vapour_distance vaporised interrupted e_lat", "",
         "n_liquid n_transition n_superheated n_vapour n_held energy_liquid energy_transition energy_superheated "
         "energy_vapour energy_held n_nucleated n_interrupted energy_hidden"),
     "preset_nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
@@ -59,7 +59,7 @@ OWNS = {
                 "parent grandparent unsettled bubble bubble_n", "bubble_rounds",
                 "n_bubbles bubble_radius_mean n_single_bubbles"),
     "condensation": ("BubbleCondensation", "condensing deficit condensed", "steps relabel", "n_condensed"),
-    "pooling": ("PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
+    "pooling": ("PoolingInterface PoolingJoin PoolingShare", "joined pooled", "relabel", ""),
     "buoyancy": ("BubbleBuoyancy", "", "", ""),
     "cohesion": ("BubbleCohesion BubbleCohesionMove BubbleCohesionStart",
                  "pull_x pull_y pull_z pulled_x pulled_y pulled_z pull_start_x pull_start_y pull_start_z", "", ""),

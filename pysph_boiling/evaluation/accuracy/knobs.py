@@ -354,7 +354,7 @@ def growth(quick):
         "interruption": along("interrupt", "convert"),
         "reach of vapour as a site": [*along("kinetic_radius", 1.2, 1.6), {"vapour_as_site": False}],
         "all together": together(along("pooled", False), along("interrupt", "hold", "convert"),
-                                 along("kinetic_radius", 1.2, 1.4)),
+                                 along("kinetic_radius", 1.2, 1.5)),
         "disorder": along("jitter", 0.2),
     }, trends=(Trend("spacing", "radius", tuple(along("radius", 3.0, 4.0, 6.0)), finer="larger"),), others=others)
 

@@ -207,12 +207,12 @@ class Heater(Effect):
     def terms(self, scene, fluid):
         walls = list(scene.solids)
         if self.flux is None:
-            yield Term("heat.exchange", heat.HeatFixedTemperature(
+            yield Term("heat.heater", heat.HeatFixedTemperature(
                 fluid, walls, rho0=scene.rho0, spacing=scene.spacing, dim=scene.dim))
         else:
             k_liquid_min = scene.effects["heat"].k_liquid_min(scene.material)
             yield Term("heat.weights", heat.HeatFluxWeight(fluid, walls, k_liquid_min=k_liquid_min))
-            yield Term("heat.exchange", heat.HeatFlux(fluid, None))
+            yield Term("heat.heater", heat.HeatFlux(fluid, None))
 
     def tools(self, scheme):
         if self.until is not None:

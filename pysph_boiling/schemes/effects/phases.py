@@ -41,8 +41,15 @@ class PhaseChange(Effect):
     kinetic_radius: float = param(1.5, "-", "radius within which vapour acts as a site, in spacings", above=0.0,
                                   high=2.0)
 
+    def grows(self):
+        """Whether liquid next to vapour boils."""
+        return self.vapour_as_site and self.kinetic == "site"
+
     def properties(self, scene):
+        near = Property("vapour_distance", "m", "distance of the nearest vapour within the kinetic radius; 0 without "
+                        "any, in vapour, and below saturation", state=True)
         return (
+            *([near] if self.grows() else []),
             Property("phase", "-", "state of the particle, see pysph_boiling.phases.Phase", "int", True),
             Property("kinetic", "-", "1 where a nucleation site is near", "int"),
             Property("vaporised", "-", "times the particle completed its latent heat", "int", True, True),
@@ -85,7 +92,7 @@ class PhaseChange(Effect):
             fluid, None, **state, k_l=k(material.k_l), k_v=k(material.k_v)))
         yield Term("heat.update", phase_change.PhaseTemperatureAfter(fluid, None, **state))
         yield Term("phases.kinetic", phase_change.PhaseKineticReset(fluid, None, near=self.kinetic == "always"))
-        if self.vapour_as_site and self.kinetic == "site":
+        if self.grows():
             yield Term("phases.kinetic", phase_change.PhaseVapourCondition(
                 fluid, list(scene.fluids), radius=scene.bubble_radius(self.kinetic_radius)))
         yield Term("phases.edges", phase_change.PhaseEdges(fluid, None, **state, hold=self.interrupt == "hold"))

@@ -49,6 +49,8 @@ class LatentPooling(Effect):
 
     def terms(self, scene, fluid):
         material = scene.material
+        if scene.effects["phases"].grows():
+            yield Term("heat.interface", pooling.PoolingInterface(fluid, None, spacing=scene.spacing))
         yield Term("bubbles.interface", pooling.PoolingJoin(
             fluid, list(scene.fluids), radius=scene.bubble_radius(scene.effects["phases"].kinetic_radius)))
         yield Term("bubbles.pool", pooling.PoolingShare(

@@ -10,15 +10,15 @@ from pysph_boiling.report.pictures import plot
 SPHERE = dict(dim=3, growth=2.0)
 QUICK = {
     "plane": PlaneGrowth(radius=2.0), "plane 2": PlaneGrowth(),
-    "disc": Growth(radius=2.0), "disc 2": Growth(), "default": Growth(radius=2.0, kinetic_radius=1.5),
-    "sphere default": Growth(radius=2.0, kinetic_radius=1.5, **SPHERE),
-    "unpooled": Growth(radius=2.0, kinetic_radius=1.5, pooled=False),
+    "disc": Growth(radius=2.0), "disc 2": Growth(), "sphere": Growth(radius=2.0, **SPHERE),
+    "unpooled": Growth(radius=2.0, pooled=False),
 }
 FULL = {
     **QUICK, "plane 3": PlaneGrowth(radius=8.0), "plane small": PlaneGrowth(radius=2.0, stefan=0.1),
-    "default 2": Growth(kinetic_radius=1.5), "small": Growth(radius=2.0, stefan=0.1),
-    "sphere": Growth(radius=2.0, **SPHERE), "sphere 2": Growth(radius=3.0, **SPHERE),
-    "sphere small": Growth(radius=1.5, stefan=0.1, **SPHERE), "unpooled 2": Growth(kinetic_radius=1.5, pooled=False),
+    "small": Growth(radius=2.0, stefan=0.1), "disordered": Growth(jitter=0.2), "disc 3": Growth(radius=8.0),
+    "sphere 2": Growth(radius=3.0, **SPHERE), "sphere 3": Growth(radius=4.0, **SPHERE),
+    "sphere small": Growth(radius=1.5, stefan=0.1, **SPHERE),
+    "sphere disordered": Growth(radius=2.0, jitter=0.2, **SPHERE), "unpooled 2": Growth(pooled=False),
 }
 
 
@@ -35,21 +35,27 @@ def rows(outcomes):
         return errors, (", ".join(f"{100.0 * value:+.{digits}f}" for value in errors) + " % at R = " + ", ".join(
             f"{problem.radius * problem.growth:g}" for problem, _ in there) + " dx")
 
-    for row, names, error in (
-            ("plane", ("plane", "plane 2", "plane 3"), "error"), ("plane_small", ("plane small",), "error"),
-            ("disc", ("disc", "disc 2"), "error"), ("disc_default", ("default", "default 2"), "error"),
-            ("disc_small", ("small",), "error"), ("sphere", ("sphere", "sphere 2"), "error"),
-            ("sphere_default", ("sphere default",), "error"), ("sphere_small", ("sphere small",), "error"),
-            ("unpooled", ("unpooled", "unpooled 2"), "latent_error")):
+    for row, names, error, at in (
+            ("plane", ("plane", "plane 2", "plane 3"), "error", 1), ("plane_small", ("plane small",), "error", 0),
+            ("disc", ("disc", "disc 2", "disc 3"), "error", 1), ("disc_small", ("small",), "error", 0),
+            ("disc_disordered", ("disordered",), "error", 0),
+            ("sphere", ("sphere", "sphere 2", "sphere 3"), "error", 0), ("sphere_small", ("sphere small",), "error", 0),
+            ("sphere_disordered", ("sphere disordered",), "error", 0),
+            ("unpooled", ("unpooled", "unpooled 2"), "latent_error", 1)):
         errors, text = series(*names, error=error)
         if errors:
-            yield row, errors[min(1, len(errors) - 1)], text
-    for row, names in (("disc_order", ("disc", "disc 2")), ("sphere_order", ("sphere", "sphere 2"))):
-        if all(name in outcomes for name in names):
-            (coarse, a), (fine, b) = (outcomes[name] for name in names)
-            ratio = a.errors["error"] / b.errors["error"]
-            order = math.log(ratio) / math.log(fine.radius / coarse.radius) if ratio > 0.0 else math.nan
-            yield row, order, f"{order:.2f}"
+            yield row, errors[min(at, len(errors) - 1)], text
+    for row, names in (("disc_ahead", ("disc", "disc 2", "disc 3")),
+                       ("sphere_ahead", ("sphere", "sphere 2", "sphere 3"))):
+        there = [outcomes[name] for name in names if name in outcomes]
+        ahead = [one.errors["lattice_ahead"] for _, one in there]
+        yield row, max(ahead, key=abs), ", ".join(f"{value:+.2f}" for value in ahead) + " dx at R = " + ", ".join(
+            f"{problem.radius * problem.growth:g}" for problem, _ in there) + " dx"
+    if "sphere 2" in outcomes:
+        (coarse, a), (fine, b) = outcomes["sphere"], outcomes["sphere 2"]
+        ratio = abs(a.errors["lattice_error"] / b.errors["lattice_error"])
+        yield "sphere_order", math.log(ratio) / math.log(fine.radius / coarse.radius), (
+            f"{100.0 * a.errors['lattice_error']:+.0f}, {100.0 * b.errors['lattice_error']:+.0f} %")
     roundness = outcomes["disc 2"][1].errors["roundness"]
     yield "round", roundness, f"{100.0 * roundness:.1f} % of the radius"
     energy = max(one.errors["energy"] for _, one in outcomes.values())
@@ -58,7 +64,7 @@ def rows(outcomes):
 
 def draw(outcomes, path):
     with plot(path, width=12.8, height=3.8, columns=3) as (history, *shapes):
-        ball = "sphere 2" if "sphere 2" in outcomes else "sphere default"
+        ball = "sphere 3" if "sphere 3" in outcomes else "sphere"
         for name, label, colour in (("plane 2", "plane", GREEN), ("disc 2", "disc", ORANGE), (ball, "sphere", BLUE)):
             problem, one = outcomes[name]
             start = one.curves["t [s]"][0]
