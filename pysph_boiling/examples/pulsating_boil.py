@@ -38,6 +38,7 @@ class PulsatingBoil(SteadyBoiling):
 
     Parameters = PulsatingBoilParameters
     title = "pulsating boil"
+    K_BUBBLE = {3: 1.5}  # swollen bubbles leave while they are small, so their buoyancy is less than in steady_boiling
     variants = {name: options for name, options in SteadyBoiling.variants.items() if name != "flat"}
 
     def make_scheme(self, p):
