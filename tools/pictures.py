@@ -30,7 +30,7 @@ SCENES = {
     "bubble_rise": (["--demo"], SURFACE, 9),
     "bubble_merge": (["--demo"], SURFACE, 11),
     "bubble_split": (["--demo"], SURFACE, 6),
-    "bubble_ring": (["--demo"], SURFACE, 7),
+    "bubble_ring": (["--demo"], SURFACE, 4),
     "pulsating_boil": (["--demo", "--frame", "0.025"], SURFACE, 48),
     "bubble_held": ([], SURFACE, 34),
     "dam_break": ([], [], 25),
