@@ -34,6 +34,7 @@ __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "rea
 
 FOLDER = Path(__file__).parents[2] / "tests" / "validation"
 KINDS = {
+    "experiment": ("Real experiments", "against what was measured on real bubbles and in real boiling"),
     "validation": ("Validation", "against a formula, an experiment or a paper"),
     "verification": ("Verification", "against a conservation law, or against a run with another numerical setting"),
     "regression": ("Regression", "against statistics of earlier runs of this model"),
@@ -192,6 +193,7 @@ def page(records, path, *, quick=False):
         if own:
             yield f"## {name}: {against}"
             yield markdown.table(
+                ("case", "experiment", "source", "ours", "measured range, and why", "") if kind == "experiment" else
                 ("case", "what", "reference", "found", "bounds, and why", ""),
                 [(f"[{row.case}]({place[row.case]}/README.md)", row.bounds.what, row.bounds.reference, row.found,
                   f"{row.bounds.text}: {row.bounds.why}", verdict(row)) for row in own])

@@ -121,6 +121,16 @@ def test_page_keeps_the_kinds_apart_and_shows_what_fails(checkout):
     assert written["rows"][0]["command"] == "pysph-boiling validate made_up"
 
 
+def test_real_experiments_have_a_table_of_their_own(checkout):
+    root = checkout()
+    readme = root / "tests" / "validation" / "made_up" / "README.md"
+    readme.write_text(README.replace("`other` | regression", "`other` | experiment"))
+    validate.validate([])
+    first, second = (root / "docs" / "validation.md").read_text(encoding="utf-8").split("## Validation:")
+    assert "## Real experiments" in first and "| case | experiment | source | ours | measured range" in first
+    assert "something" in first and "something" not in second
+
+
 def test_case_that_is_run_alone_leaves_the_others_as_they_are(checkout):
     root = checkout()
     folder = root / "tests" / "validation"

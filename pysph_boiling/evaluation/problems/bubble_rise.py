@@ -11,6 +11,7 @@ from pysph_boiling.evaluation.problems.problem import Outcome, Problem, standard
 from pysph_boiling.examples.bubble_rise import BubbleRise as Scene
 from pysph_boiling.examples.bubble_rise import BubbleRiseParameters
 from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.stepper import Stepper
 from pysph_boiling.schemes.effects import DensityConstraint, HeatConduction
@@ -45,12 +46,13 @@ def blow(fluid, inside):
 
 @dataclass(frozen=True, kw_only=True)
 class BubbleRise(Problem):
-    """The 2-D scene of :mod:`pysph_boiling.examples.bubble_rise` without heat flow, from several starts.
+    """The scene of :mod:`pysph_boiling.examples.bubble_rise` without heat flow, from several starts.
 
-    The bubble has a diameter of ``diameter`` [m], which is ``cells`` particles; ``dt_factor`` is the time step over
-    t* = sqrt(spacing/g). The water settles for ``settle`` sqrt(diameter/g) before the bubble is inserted. Each of the
-    ``starts`` runs begins with a different disturbance of the lattice, from seeds that begin with ``seed``. The speed
-    is measured between 2.5 and 5.5 diameters above the base.
+    The tank is ``width`` diameters wide. ``effects``, pairs of a slot and an effect or ``None``, replace those of the
+    scene. The bubble has a diameter of ``diameter`` [m], which is ``cells`` particles; ``dt_factor`` is the time step
+    over t* = sqrt(spacing/g). The water settles for ``settle`` sqrt(diameter/g) before the bubble is inserted. Each of
+    the ``starts`` runs begins with a different disturbance of the lattice, from seeds that begin with ``seed``. The
+    speed is measured between 2.5 and 5.5 diameters above the base.
 
     Errors: ``shredded``, the largest fraction of the vapour outside its largest piece; ``unsteady``, the relative
     difference of the speeds in the two halves of that range. Facts: ``speed`` over sqrt(g diameter), the mean over the
@@ -61,8 +63,11 @@ class BubbleRise(Problem):
 
     title: ClassVar[str] = "bubble rise"
     reference: ClassVar[str] = "the speed with the smallest time step and the most sweeps"
+    dim: int = 2
     diameter: float = 0.012
     cells: float = 6.0
+    width: float = 4.0
+    effects: tuple = ()
     dt_factor: float = 0.07
     kernel: str = "CubicSpline"
     hdx: float = 1.2
@@ -71,7 +76,6 @@ class BubbleRise(Problem):
     starts: int = 3
     seed: int = 1
 
-    WIDTH: ClassVar[float] = 4.0  # width of the tank in diameters
     FILL: ClassVar[float] = 7.5
     START: ClassVar[float] = 1.0
     WINDOW: ClassVar[tuple[float, float]] = (2.5, 5.5)
@@ -84,7 +88,8 @@ class BubbleRise(Problem):
             errors={name: float(np.mean([run[name] for run in runs])) for name in ("shredded", "unsteady")},
             seconds=sum(run["seconds"] for run in runs), simulated=sum(run["simulated"] for run in runs),
             steps=sum(run["steps"] for run in runs), particles=runs[0]["particles"],
-            curves={"t sqrt(g/d) [-]": runs[0]["t"], "height [diameters]": runs[0]["height"]},
+            curves={"t sqrt(g/d) [-]": runs[0]["t"], "height [diameters]": runs[0]["height"],
+                    "width over height [-]": runs[0]["aspects"]},
             facts=dict(speed=float(speeds.mean()), speed_low=float(speeds.min()), speed_high=float(speeds.max()),
                        speed_error=standard_error(speeds), aspect=float(aspects.mean()),
                        aspect_error=standard_error(aspects), eotvos=runs[0]["eotvos"],
@@ -93,25 +98,26 @@ class BubbleRise(Problem):
     def one(self, seed):
         """Run one start; lengths are in diameters, times in sqrt(diameter/g)."""
         spacing = self.diameter / self.cells
-        p = BubbleRiseParameters(dim=2, spacing=spacing, width=round(self.WIDTH * self.cells),
+        p = BubbleRiseParameters(dim=self.dim, spacing=spacing, width=round(self.width * self.cells),
                                  fill=round(self.FILL * self.cells), diameter=self.cells,
                                  height=self.START * self.cells, superheat=0.0, seed=seed)
         unit = math.sqrt(self.diameter / 9.81)
         scheme, fluid, stepper = still_water(p, dt_factor=self.dt_factor, settle=self.settle * unit, kernel=self.kernel,
-                                             hdx=self.hdx, density=self.density)
+                                             hdx=self.hdx, **{"density": self.density, **dict(self.effects)})
 
-        x, y = fluid.x / spacing - 0.5 * p.width, fluid.y / spacing - p.height
-        blow(fluid, np.hypot(x, y) < 0.5 * self.cells)
+        middle = [0.5 * p.width] * (self.dim - 1) + [p.height]
+        place = positions(fluid)[:, :self.dim] / spacing - middle
+        blow(fluid, np.linalg.norm(place, axis=1) < 0.5 * self.cells)
         begin, every = stepper.t, max(1, round(0.1 * unit / stepper.dt))
         t, height, aspect, shredded, sweeps = [], [], [], 0.0, []
         while not height or height[-1] < self.WINDOW[1]:
             stepper.step(every)
-            found = shapes(fluid, 2, scheme.rho0)
+            found = shapes(fluid, self.dim, scheme.rho0)
             t.append((stepper.t - begin) / unit)
             if not found or t[-1] > self.PATIENCE:
                 raise RuntimeError(f"the bubble does not rise: it is at {height[-1]:.2g} diameters after {t[-1]:.2g} "
                                    "sqrt(diameter/g)" if height else "there is no bubble")
-            height.append(float(found[0].centroid[1]) / self.diameter)
+            height.append(float(found[0].centroid[self.dim - 1]) / self.diameter)
             aspect.append(found[0].aspect)
             shredded = max(shredded, 1.0 - found[0].n / sum(shape.n for shape in found))
             sweeps.append(fluid.sweeps[1])
@@ -123,4 +129,5 @@ class BubbleRise(Problem):
                     eotvos=scene.rho0 * scene.g * self.diameter**2 / scheme.effects["cohesion"].sigma_in(scene),
                     speed=(high - low) / (at[2] - at[0]), unsteady=abs(upper / lower - 1.0), shredded=shredded,
                     sweeps=float(np.mean(sweeps)), seconds=stepper.seconds, simulated=stepper.t,
-                    steps=stepper.solver.count, particles=len(fluid.x), t=np.array(t), height=np.array(height))
+                    steps=stepper.solver.count, particles=len(fluid.x), t=np.array(t), height=np.array(height),
+                    aspects=np.array(aspect))
