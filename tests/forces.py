@@ -55,6 +55,8 @@ class Forces:
         groups = {
             "gravity": PBFBodyForce("fluid", None, **gravity),
             "attraction": NucleationSiteAttraction("fluid", ["sites"], strength=5.0, radius=2.2 * DX),
+            "attraction_transition": NucleationSiteAttraction("fluid", ["sites"], strength=5.0, radius=2.2 * DX,
+                                                              transition=True),
             "archimedes": BubbleBuoyancy("fluid", None, k_bubble=k, **gravity),
             "paper": BubbleBuoyancyPaper("fluid", None, k_bubble=k, a_max=a_max, **gravity),
             "ihmsen": BubbleBuoyancyIhmsen("fluid", ["fluid"], k_min=k, k_max=1.7, **gravity),
@@ -117,10 +119,13 @@ def between(fluid):
     return d, np.linalg.norm(d, axis=-1), vapour[:, None] & vapour
 
 
-def assert_equals_reference(cloud, reference):
-    """The force of that name is the ``reference``, a function of the cloud, and adds to the acceleration."""
+def assert_equals_reference(cloud, reference, least=8):
+    """The force of that name is the ``reference``, a function of the cloud, and adds to the acceleration.
+
+    It acts on ``least`` particles or more.
+    """
     want = reference(cloud)
-    assert np.count_nonzero(np.any(want != 0.0, axis=1)) >= 8
+    assert np.count_nonzero(np.any(want != 0.0, axis=1)) >= least
     got = cloud.run(reference.__name__)
     np.testing.assert_allclose(got, want, rtol=ROUND_OFF, atol=ROUND_OFF * np.abs(want).max())
     np.testing.assert_allclose(cloud.run(reference.__name__, start=7.0), want + 7.0, rtol=ROUND_OFF)  # it adds

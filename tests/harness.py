@@ -21,7 +21,7 @@ from pysph_boiling.schemes.solver import vectorised
 
 __all__ = [
     "BACKEND", "OPTIONS", "Evaluator", "Stepper", "assert_repeated", "host_only", "native_only", "one_group_each",
-    "random_cloud", "use_backend", "vectors",
+    "random_cloud", "record", "use_backend", "vectors",
 ]
 
 BACKEND = os.environ.get("PYSPH_BOILING_BACKEND", "openmp")  # that compiled tests run on: `make parity`
@@ -56,6 +56,15 @@ class Stepper(stepper.Stepper):
     def __init__(self, scheme, arrays, *, domain=None, **options):
         on_the_host_if_periodic(domain)
         super().__init__(scheme, arrays, domain=domain, **options)
+
+
+def record(stepper):
+    """Names of the stages of a stepper as they run from now on."""
+    calls = []
+    for name, index in stepper.solver.integrator.stages.items():
+        evaluation = stepper.solver.integrator.acceleration_evals[index]
+        evaluation.compute = lambda t, dt, name=name, compute=evaluation.compute: (calls.append(name), compute(t, dt))
+    return calls
 
 
 class Evaluator:

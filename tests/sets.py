@@ -54,9 +54,9 @@ SETS = {
                    preset_nucleation=PresetNucleation(attraction=0.0)),
     "states_hold": dict(density=None, heat=HeatConduction(), phases=PhaseChange(), preset_nucleation=PresetNucleation(
         attraction=0.0)),
-    "paper": {**BOIL, "phases": PhaseChange(interrupt="convert", vapour_as_site=False), "buoyancy": Buoyancy(
-        form="paper"), "heat": HeatConduction(laplacian="paper"), "heater": Heater(flux=4e4),
-        "venting": Venting(mode="remove")},
+    "paper": {**{slot: effect for slot, effect in BOIL.items() if slot != "pooling"},
+              "phases": PhaseChange(interrupt="convert", vapour_as_site=False), "buoyancy": Buoyancy(form="paper"),
+              "heat": HeatConduction(laplacian="paper"), "heater": Heater(flux=4e4), "venting": Venting(mode="remove")},
     "boussinesq": WARM,
     "gradient": {**WARM, "convection": Convection(form="gradient")},
     "expand": {**BOIL, "expansion": Expansion()},

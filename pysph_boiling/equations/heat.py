@@ -105,29 +105,37 @@ class HeatConductionClearyMonaghan(Equation):
 
 
 class HeatConductionPaper(Equation):
-    r"""Conduction as in the paper, which is only antisymmetric if densities and conductivities are equal.
+    r"""Conduction as in the paper, with one conductivity; it is only antisymmetric if densities are equal.
 
-    .. math::  \frac{m_i}{\rho_i}\rho_i \frac{de_i}{dt} = \frac{m_i}{\rho_i} k_i \sum_j \frac{m_j}{\rho_j}
+    .. math::  m_i \frac{de_i}{dt} = \frac{m_i}{\rho_i} k \sum_j \frac{m_j}{\rho_j}
                \frac{4\rho_i}{\rho_i + \rho_j} (T_i - T_j) \frac{x_{ij} \cdot \nabla W_{ij}}{r_{ij}^2 + 0.01 h_{ij}^2}
 
-    Source: the paper, eq. 17 (after Gu et al.). Energy created or lost by a pair is recorded, half for each particle.
+    Source: the paper, eqs. 16 and 17 (after Gu et al.). Its k stands outside the divergence, so it is the same
+    everywhere, and vapour conducts as liquid does. Energy created or lost by a pair is recorded, half for each
+    particle.
 
     Parameters
     ----------
-    none
+    k : float   Thermal conductivity of eq. 16 [W/(m K)], > 0.
 
-    Reads    d_T, s_T [K], d_k, s_k [W/(m K)], d_m, s_m [kg], d_rho, s_rho [kg/m^3], constant heat_dt [s].
+    Reads    d_T, s_T [K], d_m, s_m [kg], d_rho, s_rho [kg/m^3], constant heat_dt [s].
     Writes   d_ae [J/(kg s)], d_q_leak [J], own index only.   Needs   HeatTemperature in an earlier group.
-    Limits   It loses or creates energy at every surface and every contact of phases, which is reported, not corrected.
+    Errors   ValueError if k <= 0.
+    Limits   It loses or creates energy wherever densities differ, as at every surface, which is reported, not
+    corrected.
     """
 
-    def loop(self, d_idx, s_idx, d_ae, d_q_leak, d_heat_dt, d_T, s_T, d_k, s_k, d_m, s_m, d_rho, s_rho,
-             XIJ, DWIJ, R2IJ, HIJ):
+    def __init__(self, dest, sources, k):
+        _positive(k=(k, "W/(m K)"))
+        self.cond = float(k)
+        super().__init__(dest, sources)
+
+    def loop(self, d_idx, s_idx, d_ae, d_q_leak, d_heat_dt, d_T, s_T, d_m, s_m, d_rho, s_rho, XIJ, DWIJ, R2IJ, HIJ):
         f = (XIJ[0]*DWIJ[0] + XIJ[1]*DWIJ[1] + XIJ[2]*DWIJ[2]) / (R2IJ + 0.01*HIJ*HIJ)
         pair = d_m[d_idx]*s_m[s_idx] / (d_rho[d_idx]*s_rho[s_idx]) * 4.0 / (d_rho[d_idx] + s_rho[s_idx])
-        pair = pair * (d_T[d_idx] - s_T[s_idx]) * f
-        here = pair * d_k[d_idx] * d_rho[d_idx]
-        there = -pair * s_k[s_idx] * s_rho[s_idx]
+        pair = pair * self.cond * (d_T[d_idx] - s_T[s_idx]) * f
+        here = pair * d_rho[d_idx]
+        there = -pair * s_rho[s_idx]
         d_ae[d_idx] += here / d_m[d_idx]
         d_q_leak[d_idx] += 0.5 * (here + there) * d_heat_dt[0]
 

@@ -162,24 +162,28 @@ class NucleationSiteAttraction(Equation):
 
     .. math::  a_i = a_s (1 - r/r_a)^2 \,\hat{n}_{i \to s}, \qquad r < r_a
 
-    Source: the paper, section 3.2.1, mentions the attraction without a formula; the formula is ours.
+    Source: the paper, section 3.2.1, mentions the attraction without a formula; the formula is ours. With
+    ``transition`` only liquid in transition is attracted, after Gu et al. as told in the paper, section 2.2.
 
     Parameters
     ----------
-    strength : float   a_s [m/s^2], >= 0.
-    radius : float     r_a [m], > 0.
+    strength : float    a_s [m/s^2], >= 0.
+    radius : float      r_a [m], > 0.
+    transition : bool   Whether only liquid in transition is attracted.
 
     Reads    d_phase, positions.   Writes   d_au, d_av, d_aw [m/s^2], own index only.
     Errors   ValueError if strength < 0 or radius <= 0.   Limits   Sites do not recoil; the wall takes up the momentum.
     """
 
-    def __init__(self, dest, sources, strength, radius):
+    def __init__(self, dest, sources, strength, radius, transition=False):
         if not strength >= 0.0:
             raise ValueError(f"strength of the attraction must be >= 0 m/s^2, got {strength}")
         if not radius > 0.0:
             raise ValueError(f"radius of the attraction must be > 0 m, got {radius} m")
         self.strength = float(strength)
         self.radius = float(radius)
+        self.first = float(1 if transition else 0)
+        self.last = float(1 if transition else 2)
         super().__init__(dest, sources)
 
     def loop_all(self, d_idx, d_au, d_av, d_aw, d_phase, d_x, d_y, d_z, s_x, s_y, s_z, NBRS, N_NBRS):
@@ -188,7 +192,7 @@ class NucleationSiteAttraction(Equation):
         nearest = declare('long')
         best = self.radius*self.radius
         nearest = -1
-        if d_phase[d_idx] != 3:
+        if d_phase[d_idx] >= self.first and d_phase[d_idx] <= self.last:
             for i in range(N_NBRS):
                 s_idx = NBRS[i]
                 rx = d_x[d_idx] - s_x[s_idx]

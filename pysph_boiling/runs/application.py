@@ -34,6 +34,7 @@ from pysph_boiling.runs.provenance import origin
 from pysph_boiling.runs.resume import Resumed, scheme_settings, with_units
 from pysph_boiling.schemes.effects import Heater, check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
+from pysph_boiling.schemes.forms import FORMS, chosen, forms_in
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.options import add_former_options
 from pysph_boiling.schemes.quality import QUALITIES
@@ -245,6 +246,9 @@ class SceneApplication(Application):
                            help="model of boiling: " + "; ".join(
                                f"{name} ({row.source}), which stores latent heat {row.storage}" for name, row in
                                MODES.items()) + ". The default, dynamic, leaves the scene as it is")
+        group.add_argument("--forms", default="ours", metavar="ours|paper|NAME,...",
+                           help="forms of the effects: ours (default), the paper's own, or the paper's for some: "
+                                f"{', '.join(FORMS)} (schemes/forms.py). Other options override them")
         group.add_argument("--effects", choices=("scene", "auto"), default="scene",
                            help="scene: the scene's own set of effects (default); auto: choose the effects from the "
                                 "scene's arrays. Switches such as --no-drag work with both")
@@ -293,6 +297,7 @@ class SceneApplication(Application):
         self.scheme.consume_user_options(options)
         if options.effects == "auto":
             self.derive_effects(p)
+        self.use_forms(p)
         if options.kernel is not None:  # rest densities and wall masses depend on the kernel
             self.scheme.kernel = getattr(kernels, options.kernel)(dim=self.scheme.dim)
         self.scheme.configure_solver(tf=p.duration, **step)
@@ -324,10 +329,23 @@ class SceneApplication(Application):
             if bad:
                 raise ValueError(f"this version cannot run {what} on {self.num_procs} ranks: use one rank")
 
+    def use_forms(self, p):
+        """Give the effects the forms of the paper that are asked for, but keep what other options say."""
+        if not chosen(self.options.forms):
+            return
+        self.scheme.set_forms(self.options.forms)
+        for spec in dataclasses.fields(p):
+            slot, _, name = (spec.metadata.get("sets") or "").partition(".")
+            if slot in self.scheme.effects and getattr(self.options, f"scene.{spec.name}") is not None:
+                given = {name: getattr(self.scene_effects[slot], name)}
+                self.scheme.effects[slot] = self.scheme.effects[slot].replaced(**given)
+        self.scheme.consume_user_options(self.options)
+
     def derive_effects(self, p):
         """Choose the effects from the scene's arrays instead of its own set; parameters and switches are kept."""
         effects, switches = self.scheme.effects, vars(self.options)
-        without = MODES[self.options.mode].without
+        without = [*MODES[self.options.mode].without,
+                   *(slot for name in chosen(self.options.forms) for slot in FORMS[name].without)]
         asked = {slot: effects.get(slot) for slot in self.scheme.slots
                  if switches[f"{slot}.on"] is not None or slot in without}
         self.scheme.derive(self.make_particles(p, self.scheme), self.start_temperature(p), effects, asked)
@@ -630,6 +648,11 @@ class SceneApplication(Application):
                     rows[spec.name]["replaced_by"] = option(f"no_{slot}" if built is None else slot)
         return rows
 
+    @property
+    def recorded_forms(self):
+        """Names of the forms of the paper, and of our forms, that this run has, for ``run.json``."""
+        return dict(zip(("paper", "ours"), forms_in(self.scheme.effects)))
+
     def timed(self):
         """Number of ``steps`` and ``seconds`` of wall time since this run began, files included; after its end, all."""
         steps, seconds = (end - begin for end, begin in zip(self.ended or self.clock(), self.began))
@@ -664,6 +687,7 @@ class SceneApplication(Application):
                                                             for name in ("exported", "copied", "refreshed")}},
             "seed": self.parameters.seed,
             "mode": options.mode,
+            "forms": self.recorded_forms,
             "quality": options.quality or "scene",
             "steps": self.solver.count,
             "particles": self.counts(),

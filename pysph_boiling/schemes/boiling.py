@@ -16,6 +16,9 @@ class BoilingScheme(PBFScheme):
 
     material : Material   Constants of the fluid; its liquid density is the rest density.
     sites : list of str   Names of the arrays of preset nucleation sites.
+    forms : str           "ours", "paper" for the paper's own form of each effect, or names of single forms
+                          (:mod:`pysph_boiling.schemes.forms`). They change the effects that are given here;
+                          ``set_effects`` afterwards overrides them.
     effects : "auto"      Choose the effects from the scene (:mod:`pysph_boiling.schemes.auto`): ``setup_properties``
                           checks the arrays and ``T_start`` [K], and prints the effects and the reasons (also in
                           ``choices``). Slots that are given, even as ``None``, are used as they are.
@@ -40,21 +43,24 @@ class BoilingScheme(PBFScheme):
     slots = Slots()
 
     def __init__(self, fluids, solids, *, dim, spacing, material=WATER_1ATM, sites=(), effects=None, T_start=None,
-                 **slots):
+                 forms="ours", **slots):
         if not isinstance(material, Material):
             raise ValueError(f"material must be a Material, got {material!r}")
         if effects not in (None, "auto"):
             raise ValueError(f"effects must be 'auto' or left out (each effect has its own keyword), got {effects!r}")
-        self.material, self.T_start = material, T_start
+        self.material, self.T_start, self.forms = material, T_start, forms
         self.asked = {slot: slots[slot] for slot in slots if slot in self.slots} if effects == "auto" else None
         if effects == "auto":  # given effects may need others that are chosen later
             slots = {name: value for name, value in slots.items() if name not in self.slots or name == "density"}
         super().__init__(fluids, solids, dim=dim, spacing=spacing, rho0=material.rho_l, sites=sites, **slots)
+        if effects != "auto":
+            self.set_forms(forms)
 
     def setup_properties(self, particles, clean=True):
         if self.asked is not None:
             asked, self.asked = self.asked, None
             self.derive(particles, self.T_start, asked=asked)
+            self.set_forms(self.forms)
         super().setup_properties(particles, clean)
 
     def set_temperature(self, pa, T):

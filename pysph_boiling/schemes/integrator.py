@@ -131,7 +131,7 @@ class PBFIntegrator(Integrator):
     reductions = GENERAL
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
-             frozen=False, skin=0.0, motion=None, meter=None):
+             frozen=False, skin=0.0, motion=None, meter=None, thermal_last=False, closing=True):
         """Set what the scheme has built.
 
         ``stages`` are the names in the order of the evaluators. ``arrays`` are pairs of names and a list that is filled
@@ -141,12 +141,15 @@ class PBFIntegrator(Integrator):
         limit of the heat step [s] and ``step_limit`` the largest change of enthalpy in one heat step [J/kg]. ``skin``
         is the distance by which neighbour lists reach farther than the support [m]. ``motion`` is a
         :class:`MotionLimits`, and ``meter`` an optional :class:`~pysph_boiling.schemes.effects.mechanics.WorkMeter`.
+        With ``thermal_last`` heat, phases and bubbles follow after the density sweeps, and ``closing`` says whether
+        density sweeps follow after the oscillation.
         """
         self.stages = {name: index for index, name in enumerate(stages)}
         self.arrays = arrays[0][1]
         self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
         self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
         self.motion, self.meter = motion, meter
+        self.thermal_last, self.closing = thermal_last, closing
         self.heat_subcycles = 0
         self.searched, self.searches = False, 0
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
@@ -224,6 +227,19 @@ class PBFIntegrator(Integrator):
         for pa in self.arrays:
             if "steps" in pa.constants:
                 set_constant(pa, "steps", pa.steps[0] + 1.0)
+        self.part = dt
+        if not self.thermal_last:
+            yield from self.thermal(dt)
+        if "density" in self.stages:
+            yield self.density(dt)
+            if "oscillation" in self.stages:
+                yield from self.oscillation(dt)
+            if dt < self.motion.short_step and self.motion.tolerance < max(float(pa.density_error[0])
+                                                                         for pa in self.arrays):
+                yield self.density()
+
+    def thermal(self, dt):
+        """Yields the stages of heat, phases and bubbles for a step of ``dt`` [s]."""
         if "heat" in self.stages:
             cycles = self.count_subcycles(dt)
             self.heat_subcycles += cycles
@@ -240,13 +256,6 @@ class PBFIntegrator(Integrator):
                 yield self.stages["bubbles"]
                 for pa in self.arrays:
                     set_constant(pa, "relabel", 0.0)
-        if "density" in self.stages:
-            yield self.density(dt)
-            if "oscillation" in self.stages:
-                yield from self.oscillation(dt)
-            if dt < self.motion.short_step and self.motion.tolerance < max(float(pa.density_error[0])
-                                                                         for pa in self.arrays):
-                yield self.density()
 
     def density(self, dt=math.inf):
         """Index of the density stage for a step of ``dt`` [s]; its sweeps begin without acceleration.
@@ -263,13 +272,13 @@ class PBFIntegrator(Integrator):
         return self.stages["density"]
 
     def oscillation(self, dt):
-        """Yields the oscillation stage as often as it is needed, and then the density stage once more."""
+        """Yields the oscillation stage as often as it is needed, and then, if ``closing``, the density stage again."""
         for pa in self.arrays:
             set_constant(pa, "oscillation_dt", dt)
             set_constant(pa, "pushes", 0.0)
         while self.needed("oscillation"):
             yield self.stages["oscillation"]
-        if self.arrays[0].pushes[0] > 0.0:
+        if self.closing and self.arrays[0].pushes[0] > 0.0:
             yield self.density(dt)
 
     def needed(self, name):
@@ -281,6 +290,9 @@ class PBFIntegrator(Integrator):
 
     def stages_at_correction(self):
         """Yields the indices of the stages to run on the corrected positions and the new velocities."""
+        if self.thermal_last:
+            self.ghosts.refresh(("rho",))
+            yield from self.thermal(self.part)
         if "forces" in self.stages:
             started = ("lmbda_start",) if self.motion.warm_start[0] else ()
             self.ghosts.refresh(("u", "v", "w", *started, *(("impulse",) if self.meter else ())))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pysph_boiling.names import unknown
 from pysph_boiling.schemes.effects import SiteStorage
 
-__all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites"]
+__all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites", "with_changes"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,15 +15,15 @@ class Mode:
     """A model of boiling: its description, and how it changes the effects of a scene.
 
     ``latent_stage`` which liquid enters the latent stage; ``storage`` where latent heat is stored; ``vapour`` what
-    becomes vapour. ``phases`` are changes of the effect of that slot, ``without`` slots that are emptied, ``adds``
-    effects for empty slots, ``needs`` slots that must be there.
+    becomes vapour. ``changes`` are parameters of effects (slot -> name -> value), ``without`` slots that are emptied,
+    ``adds`` effects for empty slots, ``needs`` slots that must be there.
     """
 
     source: str
     latent_stage: str
     storage: str
     vapour: str
-    phases: dict = field(default_factory=dict)
+    changes: dict = field(default_factory=dict)
     without: tuple[str, ...] = ()
     adds: dict = field(default_factory=dict)
     needs: tuple[str, ...] = ()
@@ -40,14 +40,16 @@ MODES = {
         latent_stage="any liquid at T_sat, so that none is ever superheated",
         storage="in the particle",
         vapour="a particle with e >= L",
-        phases=dict(kinetic="always"), without=("dynamic_nucleation", "pooling"), needs=("phases",)),
+        changes={"phases": dict(kinetic="always"), "preset_nucleation": dict(attracts="transition")},
+        without=("dynamic_nucleation", "pooling"), needs=("phases",)),
     "li_xiao": Mode(
         source="Li & Xiao",
         latent_stage="none, so that liquid superheats freely",
         storage="in the site, which absorbs the excess heat of the liquid near it",
         vapour="the n_emit particles nearest to a site that is free and holds enough heat",
-        phases=dict(kinetic="never", vapour_as_site=False), without=("dynamic_nucleation", "pooling", "adhesion"),
-        adds=dict(storage=SiteStorage()), needs=("phases", "preset_nucleation")),
+        changes={"phases": dict(kinetic="never", vapour_as_site=False)},
+        without=("dynamic_nucleation", "pooling", "adhesion"), adds=dict(storage=SiteStorage()),
+        needs=("phases", "preset_nucleation")),
 }  # adhesion would keep a few particles of an emitted bubble, which would occupy their site forever
 
 
@@ -63,12 +65,16 @@ def effects_in_mode(mode, effects):
         if slot not in effects:
             raise ValueError(f"mode '{mode}' needs a scene with the effect '{slot}', but this one has "
                              f"{', '.join(effects) or 'none'}")
-    result = {slot: effect for slot, effect in effects.items() if slot not in row.without}
-    for slot, effect in row.adds.items():
-        result.setdefault(slot, effect)
-    if row.phases:
-        result["phases"] = result["phases"].replaced(**row.phases)
-    return result
+    return row.adds | with_changes(effects, row.changes, row.without)
+
+
+def with_changes(effects, changes, without=()):
+    """The effects (slot -> effect) with ``changes`` (slot -> name -> value) of those that are there, as a new dict.
+
+    Slots in ``without`` are left out.
+    """
+    return {slot: effect.replaced(**changes[slot]) if effect and slot in changes else effect
+            for slot, effect in effects.items() if slot not in without}
 
 
 def widen_sites(scheme, arrays):

@@ -23,6 +23,7 @@ from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
 from pysph_boiling.schemes.effects import EFFECTS, SchemeContext, check_temperatures
 from pysph_boiling.schemes.effects.mechanics import WorkMeter
+from pysph_boiling.schemes.forms import effects_in_forms, forms_in
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.lean import lean_terms, why_general
@@ -153,6 +154,17 @@ class PBFScheme(Scheme):
         quality = QUALITIES[name]
         self.dt_factor = quality.dt_factor
         self.set_effects(density=quality.density)
+
+    def set_forms(self, forms):
+        """Give the effects forms of the paper: "paper", "ours" or names (:mod:`pysph_boiling.schemes.forms`).
+
+        What "paper" leaves out is told as a warning. Raises ``ValueError`` for an unknown name, and for a named form
+        that this scene cannot have.
+        """
+        effects, sentences = effects_in_forms(forms, self.effects, self.scene)
+        for sentence in sentences:
+            warnings.warn(sentence, stacklevel=2)
+        self.effects = effects
 
     def derive(self, particles, T=None, candidates=None, asked=None):
         """Choose the effects from the arrays of the scene (:func:`pysph_boiling.schemes.auto.choose`)."""
@@ -312,7 +324,9 @@ class PBFScheme(Scheme):
                     (list(self.solids) if self.effect_rows("wall_properties") else [], self.wall_arrays)],
                 ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=stage_conditions,
                 heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
-                motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None)
+                motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None,
+                thermal_last="heat" in self.effects and self.effects["heat"].positions == "corrected",
+                closing="oscillation" not in self.effects or self.effects["oscillation"].closing)
         for effect in self.effects.values():
             for sentence in effect.warnings(scene, self.dt):
                 warnings.warn(sentence, stacklevel=2)
@@ -417,6 +431,9 @@ class PBFScheme(Scheme):
     def describe(self):
         """Text with stages, groups, and the effect to which each equation belongs."""
         lines = [f"{type(self).__name__}: {', '.join(f'{slot}={effect!r}' for slot, effect in self.effects.items())}"]
+        paper, ours = forms_in(self.effects)
+        if paper or ours:
+            lines.append(f"forms of the paper: {', '.join(paper) or 'none'}; our forms: {', '.join(ours) or 'none'}")
         terms, why = self.built_terms()
         for stage in STAGES:
             if not any(term.place.startswith(f"{stage.name}.") for term in terms):

@@ -107,7 +107,7 @@ STAGES = (
             GroupSpec("free", "vapour with nothing but film above it"),
         )),
     )),
-    Stage("density", "always; once more after the oscillation", (
+    Stage("density", "always; once more after the oscillation, if it is closing", (
         Block((
             GroupSpec("back", "in a short step: positions at its start, in the container", ("x", "y", "z", "swell")),
             GroupSpec("before", "in a short step: density at its start"),

@@ -12,7 +12,7 @@ from sets import BOIL
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.superheat_sites import SuperheatSites
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import DynamicNucleation, PhaseChange, SiteStorage
+from pysph_boiling.schemes.effects import DynamicNucleation, PhaseChange, PresetNucleation, SiteStorage
 from pysph_boiling.schemes.modes import MODES, effects_in_mode
 
 
@@ -32,7 +32,8 @@ def test_table_of_modes():
     assert effects_in_mode("dynamic", effects) == effects
     gu, li_xiao = (effects_in_mode(mode, effects) for mode in ("gu", "li_xiao"))
     others = {slot: effect for slot, effect in BOIL.items() if slot != "pooling"}
-    assert gu == {**others, "phases": PhaseChange(kinetic="always")}
+    assert gu == {**others, "phases": PhaseChange(kinetic="always"),
+                  "preset_nucleation": PresetNucleation(attracts="transition")}
     others = {slot: effect for slot, effect in others.items() if slot != "adhesion"}
     assert li_xiao == {**others, "phases": PhaseChange(kinetic="never", vapour_as_site=False), "storage": SiteStorage()}
     assert "dynamic_nucleation" in effects and list(MODES) == ["dynamic", "gu", "li_xiao"]

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from harness import Evaluator, Stepper, random_cloud, vectors
+from harness import Evaluator, Stepper, random_cloud, record, vectors
 from pysph.base.nnps import DomainManager
 
 from pysph_boiling.materials import WATER_1ATM as WATER
@@ -537,15 +537,6 @@ def pool(width, radius, *, dim, v_exp=1.0, **oscillation):
     return Stepper(scheme, [fluid, wall]), fluid, middle
 
 
-def record(stepper):
-    """Names of the stages as they run from now on."""
-    calls = []
-    for name, index in stepper.solver.integrator.stages.items():
-        evaluation = stepper.solver.integrator.acceleration_evals[index]
-        evaluation.compute = lambda t, dt, name=name, compute=evaluation.compute: (calls.append(name), compute(t, dt))
-    return calls
-
-
 def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=0.5, upper=2.0, sweeps=2)
     stepper.settle()
@@ -561,6 +552,20 @@ def test_stage_runs_only_while_a_bubble_is_off_its_bounds():
     calls.clear()
     stepper.step()
     assert "oscillation" not in calls
+
+
+def test_no_sweeps_follow_the_pushes_if_they_are_not_closing():
+    """The bubble then keeps all of the push, and the liquid round it is denser than the sweeps would leave it."""
+    left = {}
+    for closing in (True, False):
+        stepper, fluid, _ = pool(16, 2.5, dim=2, form="relative", lower=1.2, upper=2.0, period=1e-3, closing=closing)
+        stepper.settle()
+        calls = record(stepper)
+        stepper.step()
+        assert calls == ["heat", "phases", "bubbles", "density", "oscillation", *(["density"] * closing), "forces"]
+        place = vectors(fluid)[fluid.phase == VAPOUR]
+        left[closing] = np.linalg.norm(place - place.mean(0), axis=1).mean() / DX
+    assert left[False] > left[True] + 0.01, left
 
 
 def test_pool_follows_a_hysteresis_and_stays_incompressible():

@@ -1,21 +1,27 @@
 """The pull of nucleation sites on liquid, against a reference, and beside that on vapour."""
 import numpy as np
+import pytest
 from forces import DX, VAPOUR, Forces, N, assert_equals_reference, particles, to_sites
 
 from pysph_boiling.phases import Phase
 
 
-def attraction(forces):
+def attraction(forces, states=(Phase.LIQUID, Phase.TRANSITION, Phase.SUPERHEATED)):
     d, r = to_sites(forces)
     a = np.zeros((N, 3))
     for i, s in enumerate(np.argmin(r, axis=1)):
-        if forces.fluid.phase[i] != VAPOUR and r[i, s] < 2.2 * DX:
+        if forces.fluid.phase[i] in states and r[i, s] < 2.2 * DX:
             a[i] = 5.0 * (1.0 - r[i, s] / (2.2 * DX)) ** 2 * d[i, s] / r[i, s]
     return a
 
 
-def test_acceleration_equals_the_reference(cloud):
-    assert_equals_reference(cloud, attraction)
+def attraction_transition(forces):
+    return attraction(forces, (Phase.TRANSITION,))
+
+
+@pytest.mark.parametrize(("reference", "least"), [(attraction, 8), (attraction_transition, 3)])
+def test_acceleration_equals_the_reference(cloud, reference, least):
+    assert_equals_reference(cloud, reference, least)
 
 
 def test_sites_pull_along_the_line_to_them():

@@ -75,9 +75,9 @@ def test_wrong_value_is_an_error_that_names_the_parameter(cls, spec):
 FLAGS = ("--flat", "--demo", "--quick", "--describe", "--mode", "--effects", "--resume", "--quality", "--no-heat",
          "--tf", "--heater.temperature", "--density.max-sweeps", "--density.skin", "--dynamic-nucleation.q-crit",
          "--no-drag", "--oscillation", "--spacing", "--seed", "--sites", "--frame", "--pfreq", "--dim", "--kernel",
-         "--no-density", "--venting.mode")
+         "--no-density", "--venting.mode", "--forms")
 VALUES = ("1", "0", "-1", "nan", "inf", "1e300", "-1e-300", "2.5", "x", "", "gu", "auto", "reference", "1,2,3", "--",
-          "=", "QuinticSpline", "remove", "\u2603", "../..", "%s", "{}")
+          "=", "paper", "QuinticSpline", "remove", "\u2603", "../..", "%s", "{}")
 
 
 @settings(max_examples=80)
@@ -85,6 +85,7 @@ VALUES = ("1", "0", "-1", "nan", "inf", "1e300", "-1e-300", "2.5", "x", "", "gu"
 @example("steady_boiling", ["--flat", "--kernel", "QuinticSpline"])
 @example("steady_boiling", ["--flat", "--spacing", "1e300"])
 @example("steady_boiling", ["--flat", "--no-density"])
+@example("superheat_sites", ["--flat", "--forms", "paper", "--no-density"])
 def test_fuzzed_option_line_never_ends_in_a_traceback(tmp_path_factory, scene, tokens):
     """It describes, or says what is wrong: status 0, 1 or 2, one word on stderr at least, nothing written."""
     folder = tmp_path_factory.mktemp("fuzz")

@@ -46,6 +46,7 @@ SWITCHES = {
     "pooling": (False, True),
     "expansion": (False, True),
     "vapour_as_site": (True, False),
+    "positions": ("predicted", "corrected"),
 }
 
 
@@ -85,7 +86,8 @@ def effects_of(row, upper):
     """The effects of a row."""
     heater = Heater(temperature=T_SAT + 60.0) if row["heater"] == "temperature" else Heater(flux=2e4)
     effects = EVERYTHING | dict(
-        container=BoxContainer(upper=upper), heat=HeatConduction(laplacian=row["laplacian"], time_scaling=800.0),
+        container=BoxContainer(upper=upper), heat=HeatConduction(
+            laplacian=row["laplacian"], positions=row["positions"], time_scaling=800.0),
         heater=heater, phases=PhaseChange(interrupt=row["interrupt"], vapour_as_site=row["vapour_as_site"]),
         loss=AmbientLoss(coefficient=100.0), source=HeatSource(density=1e4))
     for slot, make in {"condensation": Condensation, "convection": Convection, "oscillation": Oscillation}.items():
@@ -136,7 +138,8 @@ def test_ledger_closes(row):
     assert np.max(np.abs(table["mass_residual"])) <= 1e-13
     assert table["energy_in"][-1] > 0.0 and np.all(np.isfinite(np.concatenate(list(table.values()))))
     events = {name: table[name][-1] for name in table if name in (
-        "n_nucleated", "n_burst", "n_condensed", "n_vented", "n_refilled", "n_emitted", "n_interrupted")}
+        "n_nucleated", "n_burst", "n_condensed", "n_vented", "n_refilled", "n_emitted", "n_interrupted",
+        "energy_sites")}
     assert sum(events.values()) > 0, events
     if row["condensation"] == "latent":
         assert events["n_condensed"] > 0

@@ -146,11 +146,11 @@ def test_statements_follow_the_table(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("mode, changes, aspect, answer", [
-    ("dynamic", dict(phases=dict(kinetic="always")), "Superheat capability", "No"),
-    ("dynamic", dict(phases=dict(kinetic="always")), "Phase transition condition", "Thermodynamic only"),
+    ("dynamic", dict(changes={"phases": dict(kinetic="always")}), "Superheat capability", "No"),
+    ("dynamic", dict(changes={"phases": dict(kinetic="always")}), "Phase transition condition", "Thermodynamic only"),
     ("dynamic", dict(without=("dynamic_nucleation",)), "Superheat treatment", "No"),
-    ("gu", dict(phases={}), "Phase transition condition", "Thermodynamic + Kinetic"),
-    ("gu", dict(phases={}), "Superheat capability", "Yes"),
+    ("gu", dict(changes={}), "Phase transition condition", "Thermodynamic + Kinetic"),
+    ("gu", dict(changes={}), "Superheat capability", "Yes"),
     ("li_xiao", dict(without=()), "Superheat treatment", "Yes"),
 ])
 def test_answers_come_from_the_model(monkeypatch, mode, changes, aspect, answer):

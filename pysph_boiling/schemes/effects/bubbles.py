@@ -97,7 +97,11 @@ def own_roots(arrays):
 
 @dataclass(frozen=True, kw_only=True)
 class Buoyancy(Effect):
-    """Upward force on bubbles, added to gravity."""
+    """Upward force on bubbles, added to gravity.
+
+    The form "paper" is eq. 19 for each particle: it grows with the number of particles of the bubble, from 0.015 g for
+    one to ``a_max`` for 200, which is more than bubbles have (docs/forms.md).
+    """
 
     slot: ClassVar[str] = "buoyancy"
     title: ClassVar[str] = "buoyancy"
@@ -111,7 +115,8 @@ class Buoyancy(Effect):
     k_max: float = param(1.5, "-", "form 'ihmsen': growth with the number of vapour neighbours", low=1.0)
 
     # The form 'paper' grows with N: at .015 a bubble of 100 particles has the acceleration of the other forms, and the
-    # cap is reached at 200 particles. At 1.5 already two particles would reach it.
+    # cap is reached at 200 particles. At 1.5 already two particles would reach it. In a small boil with this form
+    # bubbles have 1 to 72 particles, so the cap does not act (docs/forms.md).
     K_BUBBLE: ClassVar[MappingProxyType] = MappingProxyType({"archimedes": 1.5, "paper": 0.015})
 
     def properties(self, scene):

@@ -50,6 +50,8 @@ class DynamicNucleation(Effect):
         super().__post_init__()
         if self.q_crit is not None and self.superheat_limit is not None:
             raise ValueError("dynamic_nucleation: give either q_crit [m_p L] or superheat_limit [K], not both")
+        if self.q_crit is None and self.superheat_limit is None:
+            object.__setattr__(self, "q_crit", Q_CRIT)
 
     def replaced(self, **changes):
         if len(changes.keys() & {"q_crit", "superheat_limit"}) == 1:  # the given one replaces the other
@@ -70,7 +72,7 @@ class DynamicNucleation(Effect):
         """The heat [m_p L] and the mean sensible heat [J/kg] that a region must exceed; one of them is 0."""
         if self.superheat_limit is not None:
             return 0.0, scene.material.c_l * self.superheat_limit
-        return Q_CRIT if self.q_crit is None else self.q_crit, 0.0
+        return self.q_crit, 0.0
 
     def onset(self, scene):
         """Mean superheat [K] of a full region at the threshold, and that which is enough for one particle."""
@@ -84,11 +86,18 @@ class DynamicNucleation(Effect):
         if self.radius * scene.spacing > scene.support * (1.0 + ROUND_OFF_MARGIN):
             raise ValueError(f"dynamic_nucleation.radius must be <= {scene.support / scene.spacing:.3g} spacings (the "
                              f"support of the kernel), got {self.radius}")
+        reason = self.too_hot(scene)
+        if reason:
+            raise ValueError(f"dynamic_nucleation: {reason}")
+
+    def too_hot(self, scene):
+        """The reason why no full region fires below the critical point, or an empty string."""
         onset, limit = max(self.onset(scene)), scene.material.T_crit - scene.material.T_sat
-        if onset >= limit:
-            raise ValueError(f"dynamic_nucleation: a full region of {self.members(scene)} particles would fire at a "
-                             f"mean superheat of {onset:.4g} K, but {scene.material.name} becomes critical at "
-                             f"{limit:.4g} K: give a superheat_limit [K] below that, or a larger radius")
+        if onset < limit:
+            return ""
+        return (f"a full region of {self.members(scene)} particles would fire at a mean superheat of {onset:.4g} K, "
+                f"but {scene.material.name} becomes critical at {limit:.4g} K: give a superheat_limit [K] below that, "
+                "or a larger radius")
 
     def warnings(self, scene, dt):
         asked, one = self.onset(scene)

@@ -43,12 +43,23 @@ def reason_for_heat(facts, chosen):
 
 @dataclass(frozen=True, kw_only=True)
 class HeatConduction(Effect):
-    """Conduction between particles; the thermal state is the specific enthalpy."""
+    """Conduction between particles; the thermal state is the specific enthalpy.
+
+    The form "paper" is eq. 17 with the single conductivity of eq. 16, that of the liquid, also in vapour. It creates
+    energy where densities differ, which is recorded in the column ``energy_model_leak``.
+
+    ``positions``: a step searches neighbours at the predicted positions. There heat, changes of phase and labels of
+    bubbles follow at once, before the density sweeps. With "corrected" they follow after the sweeps, as in Algorithm 1
+    of the paper: at the final positions, but with the neighbours of the predicted ones.
+    """
 
     slot: ClassVar[str] = "heat"
     title: ClassVar[str] = "heat conduction"
     auto_rule: ClassVar[Rule] = Rule(reason_for_heat, "{}", "no heater, and uniform, not above saturation")
     laplacian: str = param("cleary_monaghan", "-", "form of the Laplacian", choices=("cleary_monaghan", "paper"))
+    positions: str = param("predicted", "-", "positions at which heat, phases and bubbles are computed: predicted, "
+                           "before the density sweeps, or corrected, after them (paper)",
+                           choices=("predicted", "corrected"))
     time_scaling: float = param(1.0, "-", "A: factor by which heat is faster relative to motion", above=0.0)
     enhancement: float = param(1.0, "-", "E: factor on the conductivity, for convection that is not resolved",
                                above=0.0)
@@ -102,7 +113,7 @@ class HeatConduction(Effect):
         material = scene.material
         pairs = [(material.c_l, material.k_l)]
         if "phases" in scene.effects:
-            pairs.append((material.c_v, material.k_v))
+            pairs.append((material.c_v, material.k_l if self.laplacian == "paper" else material.k_v))
         return min(heat_step_limit(scene.rho0, c, self.conductivity(k), scene.h) for c, k in pairs)
 
     def terms(self, scene, fluid):
@@ -111,7 +122,8 @@ class HeatConduction(Effect):
             yield Term("heat.temperature", heat.HeatTemperature(
                 fluid, None, T0=material.T_sat, c=material.c_l, k=self.conductivity(material.k_l)))
         if self.laplacian == "paper":
-            yield Term("heat.exchange", heat.HeatConductionPaper(fluid, list(scene.fluids)))
+            yield Term("heat.exchange", heat.HeatConductionPaper(
+                fluid, list(scene.fluids), k=self.conductivity(material.k_l)))
         else:
             yield Term("heat.exchange", heat.HeatConductionClearyMonaghan(fluid, list(scene.fluids), rho0=scene.rho0))
         yield Term("heat.update", heat.HeatUpdate(fluid, None))

@@ -62,6 +62,7 @@ class Oscillation(Effect):
                           choices=("exact", "paper"))
     omega: float = param(1.0, "-", "under-relaxation", above=0.0, high=1.0)
     sweeps: int = param(1, "-", "number of solves in a step", low=1)
+    closing: bool = param(True, "-", "density sweeps follow after the solves; the paper has none")
     eps: float = param(1e-6, "-", "relaxation in eq. 29, relative to w/N", low=0.0)
     min_particles: int = param(2, "-", "smallest bubble that is constrained", low=2)
     k_model: float = param(0.05, "-", "'band': growth of the bounds with N^(1/3)", low=0.0)

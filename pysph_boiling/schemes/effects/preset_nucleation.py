@@ -27,7 +27,13 @@ class PresetNucleation(Effect):
     its site, which fills its radius; it is the embryo in the cavity, and does not grow as long as the site is dormant.
     The criterion of Hsu 1962 is about the liquid at the tip of the embryo, so only liquid above that radius is
     compared. Hence the waiting time: the liquid at the base is hot again after some hundredths of a second, the liquid
-    two spacings above it after a tenth of a second (steady_boiling).
+    two spacings above it after a tenth of a second (steady_boiling). Sites that become active when superheated liquid
+    is near are those of Prakash et al. (as told in the paper, section 1); that each site has a superheat of its own,
+    and falls asleep again, is ours.
+
+    Sites attract all liquid, as in section 3.2.1 of the paper, or only liquid in transition (``attracts``): that is how
+    we read Gu et al., who move certain particles of water towards the sites, where these become vapour once they are at
+    saturation and have absorbed enough heat (as told in the paper, section 2.2).
     """
 
     slot: ClassVar[str] = "preset_nucleation"
@@ -38,6 +44,8 @@ class PresetNucleation(Effect):
     attraction: float = param(0.5, "-", "attraction of liquid by a site, in units of gravity", low=0.0)
     attraction_radius: float = param(2.4, "-", "range of the attraction, in spacings; beyond the kernel support it "
                                      "slows down the neighbour search of the scene", above=0.0)
+    attracts: str = param("all", "-", "liquid that a site attracts: all of it, or that in transition (Gu et al.)",
+                          choices=("all", "transition"))
     activation: bool = param(False, "-", "sites are dormant until liquid at them reaches their activation superheat")
     dormant_radius: float = param(2.4, "-", "radius within which no liquid enters the transition at a dormant site, in "
                                   "spacings; larger than radius", above=0.0)
@@ -130,4 +138,4 @@ class PresetNucleation(Effect):
         if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
-                radius=self.attraction_radius * scene.spacing))
+                radius=self.attraction_radius * scene.spacing, transition=self.attracts == "transition"))
