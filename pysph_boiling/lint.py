@@ -26,10 +26,10 @@ __all__ = ["Finding", "RULES", "lint", "main", "sources"]
 ROOTS = {"Equation", "IntegratorStep"}
 HOST = {"reduce", "converged"}  # run on the host everywhere; Cython still compiles them
 INTEGER_TYPES = ("int", "long", "unsigned int", "unsigned long", "uint", "ulong")
-# OpenCL built-ins and keywords, and macros of PySPH's generated code.
-RESERVED = set(
-    "dot cross length distance mix step sign clamp half pi normalize "
-    "kernel global local constant private uint ulong KERNEL GRADIENT GRADH DWDQ "
+FUNCTIONS = set("dot cross length distance mix step sign clamp pi normalize".split())  # built into OpenCL
+# Keywords and types of OpenCL and C++ (CUDA), and macros of PySPH's generated code; not even attributes.
+WORDS = set(
+    "half kernel global local constant private uint ulong KERNEL GRADIENT GRADH DWDQ "
     "new delete class template this typename namespace operator public protected virtual friend".split()  # C++: CUDA
 )
 # Nodes that compyle handles within their parents.
@@ -262,7 +262,8 @@ def check_device(file, fn, integer_attributes):
     args = {a.arg for a in fn.args.args}
     nodes = inside(fn)
     stored = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    for name in sorted((args | stored) & RESERVED):
+    attributes = {n.attr for n in nodes if is_self(n)}
+    for name in sorted((args | stored) & (FUNCTIONS | WORDS) | attributes & WORDS):
         yield "reserved-name", file, fn, f"{fn.name}: {name}"
 
     defaults = dict(zip([a.arg for a in fn.args.args][::-1], fn.args.defaults[::-1], strict=False))

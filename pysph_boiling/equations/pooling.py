@@ -29,13 +29,13 @@ class PoolingInterface(Equation):
     def __init__(self, dest, sources, spacing):
         if not spacing > 0.0:
             raise ValueError(f"spacing must be > 0 m, got {spacing} m")
-        self.half = 0.5 * float(spacing)
+        self.half_spacing = 0.5 * float(spacing)
         super().__init__(dest, sources)
 
     def initialize(self, d_idx, d_phase, d_vapour_distance, d_k):
         if d_phase[d_idx] == 1:
-            if d_vapour_distance[d_idx] > self.half:
-                d_k[d_idx] *= self.half / d_vapour_distance[d_idx]
+            if d_vapour_distance[d_idx] > self.half_spacing:
+                d_k[d_idx] *= self.half_spacing / d_vapour_distance[d_idx]
 
 
 class PoolingJoin(Equation):

@@ -97,13 +97,13 @@ def test_place_of_what_comes_in_knows_the_period():
 
 @pytest.mark.many_steps
 def test_vented_liquid_comes_back_and_the_level_is_kept():
-    """3,500 steps of a boil in the open: what leaves as vapour returns as liquid, all of it booked."""
+    """5,000 steps of a boil in the open: what leaves as vapour returns as liquid, all of it booked."""
     p = vessel(Refill(T_feed=372.0), T=373.0, superheat=80.0)
-    p.stepper.step(3500)
+    p.stepper.step(5000)
     table = p.ledger.table()
     mass = table["mass"] / p.scheme.scene().particle_mass / (WIDTH * FILL)
     assert table["n_vented"][-1] > 40 and table["n_refilled"][-1] > 30
-    # mean mass of the last 2,000 steps: .954 to .964 over three starts; a bubble that vents takes .05 at a time
+    # measured: 61 vented, 60 refilled, a mean mass of .973 and a least one of .885
     assert mass.max() <= 1.0 + 1e-12 and mass.min() > 0.7 and 0.92 < mass[1500:].mean() < 0.99
     assert np.max(np.abs(table["energy_residual"])) <= 1e-10 and np.max(np.abs(table["mass_residual"])) <= 1e-12
 

@@ -15,7 +15,7 @@ from pysph_boiling.phases import Phase
 from pysph_boiling.runs.ledger import Ledger, load_results
 from pysph_boiling.schemes.effects import Refill
 
-POT = ["run", "steady_boiling", "--flat", "--width", "8", "--fill", "6", "--sites", "1", "--smallest-cavity", "0",
+POT = ["run", "steady_boiling", "--flat", "--width", "8", "--fill", "6", "--sites", "2", "--smallest-cavity", "0",
        "--pattern", "regular", "--venting.mode", "remove", "--heated", "1.0", "--superheat", "250", "--time-scaling",
        "40000", "--duration", "1", "--frame", "0.05", "--openmp"]
 

@@ -122,6 +122,7 @@ BREAKS = [  # rule, what to replace in CLEAN, by what
     ("reserved-name", "d_u, dt", "d_u, half, dt"),
     ("reserved-name", "seed", "sign"),
     ("reserved-name", "low", "new"),
+    ("reserved-name", "self.scale", "self.half"),
     ("declare", "i, j = declare('int', 2)", "i, j = declare(\n            'int', 2)"),
     ("declare", STEP, "        if dt > 0.0:\n            k = declare('int')\n"),
     ("declare", "q = declare('matrix(3)')", "q = declare(size)"),

@@ -32,11 +32,14 @@ def make(figure, finished, root, quick):
 
 
 def judged_on(results):
-    """Scene and length of finished runs: ``superheat_sites, 12 s``; empty without runs."""
-    lengths = {}
+    """Scene, length and forms of finished runs: ``superheat_sites, 12 s, in our forms``; empty without runs."""
+    lengths, paper = {}, set()
     for result in results:
         lengths.setdefault(result.run.scene, set()).add(f"{result.table['t'][-1]:.3g}")
-    return "; ".join(f"{scene}, {' and '.join(sorted(times, key=float))} s" for scene, times in lengths.items())
+        paper.update(result.record.get("forms", {}).get("paper", ()))
+    scenes = "; ".join(f"{scene}, {' and '.join(sorted(times, key=float))} s" for scene, times in lengths.items())
+    forms = f"with the paper's forms of {', '.join(sorted(paper))}" if paper else "in our forms"
+    return f"{scenes}, {forms}" if scenes else ""
 
 
 def reproduce(arguments):

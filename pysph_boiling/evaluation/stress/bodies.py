@@ -66,7 +66,7 @@ def periodic(dim):
 def boil(dim, **options):
     """Boiling with a bubble in superheated water, so that many events happen at once."""
     return pool(dim, BOIL, vapour=ball((*(component / 2.0 for component in size(dim)[:-1]), 4.0), 1.8),
-                temperature=T_SAT + 40.0, **options)
+                temperature=T_SAT + 60.0, **options)
 
 
 def same_events(dim):
