@@ -10,8 +10,8 @@ from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import nearest_image
 
-__all__ = ["PIECE", "Event", "Free", "Shape", "free_bubbles", "hole", "lasting", "mendelson", "merger", "pulsation",
-           "rise_speed", "shapes", "split", "track"]
+__all__ = ["PIECE", "Event", "Free", "Shape", "fall", "free_bubbles", "hole", "lasting", "mendelson", "merger",
+           "pulsation", "rise_speed", "shapes", "split", "track"]
 
 PIECE = {2: 4, 3: 8}  # smallest number of particles that counts as a bubble of its own; fewer are a splash
 LASTS = 0.05  # [s] that bubbles must stay merged or apart
@@ -192,6 +192,17 @@ def track(files, dim, rho0):
     ``occupied1`` [m^dim] and ``aspect1``; for the second largest ``n2``, ``x2`` and ``height2``, NaN if there is none.
     """
     return history(largest(arrays["fluid"], t, dim, rho0) for arrays, t in map(load_output, files))
+
+
+def fall(history):
+    """Largest step downwards [m] of the bubble of the start in a history from :func:`track`, until it has burst.
+
+    It has burst when the largest bubble has less than half as many particles as at the start: what is left is a piece
+    that came off, which is lower.
+    """
+    burst = np.flatnonzero(history["n1"] < 0.5 * history["n1"][0])
+    height = history["height1"][:burst[0] if len(burst) else None]
+    return float(np.max(-np.diff(height), initial=0.0))
 
 
 def rise_speed(t, height, low, high):

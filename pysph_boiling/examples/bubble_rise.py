@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pysph_boiling.analysis.shapes import history, largest
+from pysph_boiling.analysis.shapes import fall, history, largest
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, positions
@@ -155,8 +155,8 @@ class BubbleRise(SceneApplication):
         require(whole >= 0.8, f"the bubble fell apart: its largest piece holds {whole:.0%} of the vapour")
         risen = height[-1] - height[0]  # the surface ends it
         require(risen >= 3.0 * diameter, f"the bubble rose by {risen / diameter:.2g} of its diameters, less than 3")
-        fall = float(np.max(-np.diff(height)))
-        require(fall <= 0.5 * p.spacing, f"the bubble sank by {fall / p.spacing:.2g} spacings in a frame")
+        sunk = fall(history)
+        require(sunk <= 0.5 * p.spacing, f"the bubble sank by {sunk / p.spacing:.2g} spacings in a frame")
         # one, or one more for each piece of the fifth that may come off
         require(self.ledger.rows[-1]["n_bubbles_vented"] >= 1, "the bubble did not reach the surface")
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.shapes import lasting, mendelson, merger, pulsation, rise_speed, shapes, split
+from pysph_boiling.analysis.shapes import fall, lasting, mendelson, merger, pulsation, rise_speed, shapes, split
 from pysph_boiling.evaluation.reproduce.single_bubbles import budget, rise
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase
@@ -98,6 +98,13 @@ def test_lasting_asks_for_time():
     holds = np.array([0, 1, 0, 0, 1, 1, 1, 1, 1, 1], bool)
     assert lasting(t, holds, 0.3) == pytest.approx(0.4)
     assert np.isnan(lasting(t, holds, 0.6))
+
+
+def test_a_bubble_sinks_until_it_bursts_and_what_is_left_of_it_does_not_count():
+    history = {"n1": np.array([100.0, 100.0, 95.0, 8.0, 8.0]), "height1": np.array([5.0, 4.8, 9.0, 3.0, 4.0])}
+    assert fall(history) == pytest.approx(0.2)
+    assert fall({name: values[:3] for name, values in history.items()}) == pytest.approx(0.2)
+    assert fall(history | {"n1": np.full(5, 100.0)}) == pytest.approx(6.0)
 
 
 def made_up(bubbles, whole, n2, dt=0.02):

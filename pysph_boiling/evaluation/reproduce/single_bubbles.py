@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from pysph_boiling.analysis.shapes import mendelson, merger, pulsation, rise_speed, split, track
+from pysph_boiling.analysis.shapes import fall, mendelson, merger, pulsation, rise_speed, split, track
 from pysph_boiling.evaluation.reproduce.figure import Figure
 from pysph_boiling.evaluation.reproduce.runs import Run
 from pysph_boiling.materials import WATER_1ATM
@@ -48,9 +48,9 @@ def rise(history, *, dim, spacing, fill, period):
 
     ``fill`` is the height of the water [m], ``period`` that of the oscillation constraint [s]. Returns a dict:
     ``speed`` [m/s] between 30 and 75 % of the height, and ``lower`` and ``upper`` in the two halves of this range;
-    ``law``, Mendelson's speed [m/s]; ``fall``, the largest step downwards [m]; ``risen``, the distance risen [m];
-    ``aspect``, the mean aspect ratio; ``amplitude``, ``period`` [s] and ``share`` of the pulsation of the mean radius
-    near the period of the constraint; ``swing``, the relative amplitude of the volume that the bubble occupies;
+    ``law``, Mendelson's speed [m/s]; ``fall``, the largest step downwards [m] before it bursts; ``risen``, the distance
+    risen [m]; ``aspect``, the mean aspect ratio; ``amplitude``, ``period`` [s] and ``share`` of the pulsation of the
+    mean radius near the period of the constraint; ``swing``, the relative amplitude of the volume that it occupies;
     ``whole``, the smallest fraction of the vapour in the largest bubble.
     """
     t, height = history["t"], history["height1"]
@@ -63,7 +63,7 @@ def rise(history, *, dim, spacing, fill, period):
         "speed": rise_speed(t, height, low, high), "lower": rise_speed(t, height, low, middle),
         "upper": rise_speed(t, height, middle, high),
         "law": mendelson(radius, sigma=WATER_1ATM.sigma, rho=WATER_1ATM.rho_l),
-        "fall": float(np.max(-np.diff(height), initial=0.0)), "risen": float(height[-1] - height[0]),
+        "fall": fall(history), "risen": float(height[-1] - height[0]),
         "aspect": float(np.mean(history["aspect1"][aloft])), "amplitude": amplitude, "period": seen, "share": share,
         "swing": pulsation(t[aloft], history["occupied1"][aloft], period * OWN)[0],
         "whole": float(np.min(history["n1"] / history["n"]))}
