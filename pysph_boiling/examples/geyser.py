@@ -38,14 +38,14 @@ class GeyserParameters(SceneParameters):
     pool: float = param(16.0, "-", "radius of the pool, in spacings", above=4.0)
     pool_depth: int = param(1, "-", "depth of the pool, in spacings", low=1)
     sky: int = param(30, "-", "height of the space above the pool, in spacings", low=4)
-    superheat: float = param(180.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
+    superheat: float = param(230.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature")
-    superheat_limit: float = param(130.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
+    superheat_limit: float = param(165.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
                                    high=250.0, sets="dynamic_nucleation.superheat_limit")
     region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
-    time_scaling: float = param(2500.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
+    time_scaling: float = param(5000.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
                                 sets="heat.time_scaling")
     v_exp: float = param(3.0, "-", "volume of vapour in units of the volume of its liquid", low=1.0, high=4.0,
                          sets="expansion.v_exp")
