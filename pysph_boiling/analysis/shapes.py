@@ -47,14 +47,16 @@ class Shape:
         return self.width / self.height if self.height > 0.0 else np.nan
 
 
-def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0)):
+def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0), uids=None):
     """The :class:`Shape` of every bubble of a fluid array with labels, largest first.
 
     ``fluid`` has ``x, y, z`` [m], ``m`` [kg], ``phase``, ``bubble`` and, where vapour swells, ``swell``; ``rho0`` is
     the density of the liquid [kg/m^3]; ``period`` [m] the length of the domain along each axis, 0 where it is not
-    periodic (a bubble must be shorter than half of it).
+    periodic (a bubble must be shorter than half of it). With ``uids`` (n,) only particles with one of these count.
     """
     vapour = np.flatnonzero(fluid.phase == Phase.VAPOUR)
+    if uids is not None:
+        vapour = vapour[np.isin(fluid.uid[vapour], uids)]
     volume = fluid.m[vapour] / rho0
     if "swell" in fluid.properties:
         volume = volume * fluid.swell[vapour]
@@ -143,9 +145,9 @@ def void(own, points, spacing):
     return float(max(0.0, 2.0 * np.sqrt(max(0.0, most**2 - 0.25 * (dim - 1))) - 1.0)) * spacing
 
 
-def largest(fluid, t, dim, rho0):
+def largest(fluid, t, dim, rho0, uids=None):
     """The row of :func:`track` for one moment ``t`` [s], as a dict; empty if a fluid array has no vapour."""
-    found = shapes(fluid, dim, rho0)
+    found = shapes(fluid, dim, rho0, uids=uids)
     if not found:
         return {}
     one, two = found[0], found[1] if len(found) > 1 else None
@@ -181,17 +183,22 @@ def history(rows):
     return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
 
 
-def track(files, dim, rho0):
+def track(files, dim, rho0, *, first=False):
     """History of the bubbles of a run, with one row for each of its particle ``files`` that has vapour.
 
-    ``dim`` and ``rho0`` are those of :func:`shapes`.
+    ``dim`` and ``rho0`` are those of :func:`shapes`. With ``first`` only particles count that are vapour in the first
+    file, so that bubbles that form later do not.
 
     Returns column -> array (rows,): ``t`` [s]; ``bubbles``, the number of bubbles of at least ``PIECE`` particles, and
     ``whole``, the number of particles in them; ``n`` and ``volume`` [m^dim] of all vapour; for the largest bubble
     ``n1``, ``volume1``, its centroid ``x1``, ``height1`` [m], ``mean_radius1``, ``width1``, ``tall1`` [m],
     ``occupied1`` [m^dim] and ``aspect1``; for the second largest ``n2``, ``x2`` and ``height2``, NaN if there is none.
     """
-    return history(largest(arrays["fluid"], t, dim, rho0) for arrays, t in map(load_output, files))
+    uids = None
+    if first:
+        start = load_output(files[0])[0]["fluid"]
+        uids = start.uid[start.phase == Phase.VAPOUR]
+    return history(largest(arrays["fluid"], t, dim, rho0, uids) for arrays, t in map(load_output, files))
 
 
 def fall(history):

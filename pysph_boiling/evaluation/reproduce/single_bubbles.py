@@ -111,8 +111,9 @@ class SingleBubble(Figure):
 
     def make(self, results, folder, quick):
         groups = {variant: [results[name] for name in self.names(quick, variant)] for variant in self.variants}
-        tracks = {variant: [track(result.files, result.record["dim"], WATER_1ATM.rho_l) for result in group]
-                  for variant, group in groups.items()}
+        # where regions burst, other bubbles form
+        tracks = {variant: [track(result.files, result.record["dim"], WATER_1ATM.rho_l, first=variant == "heated")
+                            for result in group] for variant, group in groups.items()}
         section = self.section(text=self.about)
         for variant, group in groups.items():
             for result, history in zip(group, tracks[variant]):
@@ -178,7 +179,7 @@ class SingleBubble(Figure):
             f"it and {values['no_burst']} without it", [bound("particles that burst", burst, 5, 1e5), *bounds],
             "the bubbles that burst at the base change the flow around the others",
             fair="The runs with a heated base, where dynamic nucleation acts; in a pool below its limit leaving it out "
-                 "would prove nothing. A quarter is what seeds differ by")
+                 "would prove nothing. Only the vapour of the start is followed there. Seeds differ by a quarter")
 
 
 class RiseMixin(SingleBubble):
