@@ -145,7 +145,7 @@ def rates(costs, boils, quick):
         judged(f"20k particles run at {min(paper)} to {max(paper)} frames per second on an RTX 2060.",
                f"{min(own):.3g} to {max(own):.3g} steps per second" + (" of small scenes" if quick else ""),
                [bound("steps per second", own, min(paper), QUICKER * max(paper)), share],
-               "a processor does the same sums as a graphics card with a tenth of its memory bandwidth", not quick,
+               "the machines differ: here it is a processor, in double precision", not quick,
                fair="A frame of the paper is one pass of its Algorithm 1 ('next frame', section 5), so steps are "
                     "compared; at least as many as its slowest scene, at most ten times its fastest"),
         judged(f"The scenes cost about the same: the fastest runs {max(paper) / min(paper):.2f} times as fast as the "

@@ -176,10 +176,11 @@ class SingleBubble(Figure):
         return judged(
             "the lack of dynamic nucleation leaves rise, merging and splitting as they are",
             f"dynamic nucleation made {spread(burst)} particles of vapour at the base; {what} {values['heated']} with "
-            f"it and {values['no_burst']} without it", [bound("particles that burst", burst, 5, 1e5), *bounds],
+            f"it and {values['no_burst']} without it", [
+                bound("particles that burst", burst, 5, groups["heated"][0].record["particles"]["fluid"]), *bounds],
             "the bubbles that burst at the base change the flow around the others",
             fair="The runs with a heated base, where dynamic nucleation acts; in a pool below its limit leaving it out "
-                 "would prove nothing. Only the vapour of the start is followed there. Seeds differ by a quarter")
+                 "would prove nothing. Only the vapour of the start is followed there. Alike is within a quarter")
 
 
 class RiseMixin(SingleBubble):
@@ -341,7 +342,8 @@ class EventFigure(SingleBubble):
             groups, "it happens", said, [bound("ratio of the times", [mean["no_burst"] / mean["heated"]], *ALIKE)]))
         section.statements.append(judged(self.words[0], *self.describe(events["no_burst"]), MISSED, fair=EVENT))
         if bool(times["full"]) != bool(times["no_oscillation"]):
-            effect = [bound("ensembles in which it happens", [1], 1, 1)]
+            share = max(len(times[variant]) / len(events[variant]) for variant in ("full", "no_oscillation"))
+            effect = [bound("share of the runs in which it happens, in those of which any shows it", [share], 1.0, 1.0)]
         else:
             ratio = max(mean["full"] / mean["no_oscillation"], mean["no_oscillation"] / mean["full"])
             effect = [bound("longer over shorter time", [ratio], *MATTERS)]
