@@ -45,8 +45,9 @@ class Departures(Tool):
     """Records each bubble that departs from the base: ``events`` is a list of (time [s], particles, site).
 
     A bubble is detached when its lowest particle is more than ``clearance`` [m] above the highest site. It departs when
-    it is detached and most of its particles were in an attached bubble one step before. So a bubble that splits or
-    merges while it rises does not depart again, and vapour that forms above the base does not depart at all.
+    it is detached and most of its particles were in an attached bubble one step before and have not departed before
+    (``departed``). So neither a bubble that splits or merges while it rises nor one that hovers at the edge of its site
+    departs again, and vapour that forms above the base does not depart at all.
 
     It departs from the site next to its lowest particle. Sites are numbered in the order of their coordinates, x first,
     and not in that of the memory.
@@ -56,7 +57,7 @@ class Departures(Tool):
         self.scheme, self.clearance = scheme, clearance
         self.up, self.period = np.array(scheme.scene().up), scheme.scene().period
         self.sites = self.base = None
-        self.attached = np.zeros(0, np.uintc)  # uids in attached bubbles, one step before, sorted
+        self.attached = np.zeros(0, np.uintc)  # uids in attached bubbles that had not departed, one step before, sorted
         self.events = []
 
     def pre_step(self, solver):
@@ -70,24 +71,28 @@ class Departures(Tool):
 
     def post_step(self, solver):
         vapour, height, aloft, before, self.attached = self.look()
-        leaving = np.flatnonzero(aloft & (before > 0.5 * vapour.n))
-        if len(leaving):
+        leaves = aloft & (before > 0.5 * vapour.n)
+        departed = (vapour.get("departed") > 0) | leaves[vapour.index]
+        vapour.put("departed", departed, elsewhere=0)  # so that new vapour has not departed
+        if leaves.any():
             lowest = self.lowest(vapour, height)
-            for bubble in leaving:
+            for bubble in np.flatnonzero(leaves):
                 away = nearest_image(self.sites - lowest[bubble], self.period)
                 site = int(np.argmin(np.sum((away - np.outer(away @ self.up, self.up))**2, axis=1)))
                 self.events.append((solver.t + solver.dt, int(vapour.n[bubble]), site))
 
     def look(self):
         """The vapour and the heights of its particles; whether each bubble is detached, and how many of its particles
-        were in attached bubbles one step before, (bubbles,) each; the uids in attached bubbles now."""
+        were in attached bubbles one step before, (bubbles,) each; the uids now in attached bubbles, without those that
+        have departed before."""
         vapour = Vapour(self.scheme.arrays)
         height = sum(share * vapour.get(name) for name, share in zip("xyz", self.up) if share)
         uid = vapour.get("uid")
         low, before = map(ranks.total, counts(vapour.index, len(vapour.label), height, self.base, self.clearance, uid,
                                               self.attached))
         aloft = low == 0.0
-        return vapour, height, aloft, before, np.sort(ranks.gather(uid[~aloft[vapour.index]])[0])
+        attached = ~aloft[vapour.index] & (vapour.get("departed") == 0)
+        return vapour, height, aloft, before, np.sort(ranks.gather(uid[attached])[0])
 
     def lowest(self, vapour, height):
         """Place of the lowest particle of each bubble, (bubbles, 3) [m]; the mean of several that are equally low."""

@@ -19,8 +19,8 @@ class Form:
 
     ``source`` is its place in the paper, ``paper`` what stands there, and ``ours`` what we do and why. ``changes`` are
     the parameters (name -> value) that give the effect of ``slot`` this form, and ``without`` slots that are emptied.
-    ``refused(effect, scene)``, if given, is the reason why a scene cannot have the effect with these changes, or an
-    empty string.
+    ``where`` are parameters that the effect must have, since the form has no meaning with others. ``refused(effect,
+    scene)``, if given, is the reason why a scene cannot have the effect with these changes, or an empty string.
     """
 
     source: str
@@ -29,7 +29,13 @@ class Form:
     slot: str
     changes: dict = field(default_factory=dict)
     without: tuple[str, ...] = ()
+    where: dict = field(default_factory=dict)
     refused: Callable | None = None
+
+    def concerns(self, effects):
+        """Whether the effects (slot -> effect) of a scene include the one that this form is about."""
+        effect = effects.get(self.slot)
+        return effect is not None and all(getattr(effect, name) == value for name, value in self.where.items())
 
     def applied(self, effects):
         """The effects (slot -> effect) of a scene in this form, as a new dict."""
@@ -37,7 +43,7 @@ class Form:
 
     def holds(self, effects):
         """Whether the effects (slot -> effect) of a scene have this form."""
-        return self.slot in effects and self.applied(effects) == effects
+        return self.concerns(effects) and self.applied(effects) == effects
 
 
 FORMS = {
@@ -63,12 +69,12 @@ FORMS = {
         source="section 3.3.2",
         paper="nucleation sites alone let liquid enter the transition",
         ours="vapour counts as a site, too, since otherwise a bubble cannot grow away from its site",
-        slot="phases", changes=dict(vapour_as_site=False)),
+        slot="phases", changes=dict(vapour_as_site=False), where=dict(kinetic="site")),
     "interruption": Form(
         source="section 3.3.2, Fig. 2",
         paper="stored latent heat becomes sensible heat when a site is lost",
         ours="it is held, since as sensible heat it can be up to L/c_l = 535 K of superheat",
-        slot="phases", changes=dict(interrupt="convert")),
+        slot="phases", changes=dict(interrupt="convert"), where=dict(kinetic="site")),
     "latent_heat": Form(
         source="section 3.3.2",
         paper="each particle stores its own latent heat until it is enough",
@@ -125,11 +131,15 @@ def effects_in_forms(forms, effects, scene):
     result, sentences = dict(effects), []
     for name in chosen(forms):
         form = FORMS[name]
-        if form.slot not in result:
+        if not form.concerns(result):
             if forms != "paper":
-                raise SchemeError(f"form '{name}' of the paper changes the effect '{form.slot}', which this scene "
-                                  "lacks", f"pass {form.slot}=... to the scheme, or leave the form out",
-                                  f"add {option(form.slot)}, or leave the form out")
+                given = ", ".join(f"{parameter}={value!r}" for parameter, value in form.where.items())
+                raise SchemeError(
+                    f"form '{name}' of the paper changes the effect '{form.slot}'{f' with {given}' if given else ''}, "
+                    "which this scene lacks", f"pass {form.slot}=... to the scheme, or leave the form out",
+                    " ".join(["add", option(form.slot), *(f"{option(form.slot)}.{parameter} {value}" for
+                                                          parameter, value in form.where.items())])
+                    + ", or leave the form out")
             continue
         changed = form.applied(result)
         reason = form.refused(changed[form.slot], scene()) if form.refused else ""
@@ -144,6 +154,6 @@ def effects_in_forms(forms, effects, scene):
 
 def forms_in(effects):
     """The names of the forms of the paper that the effects (slot -> effect) of a scene have, and of ours instead."""
-    there = [name for name, form in FORMS.items() if form.slot in effects]
+    there = [name for name, form in FORMS.items() if form.concerns(effects)]
     paper = [name for name in there if FORMS[name].holds(effects)]
     return paper, [name for name in there if name not in paper]

@@ -17,7 +17,7 @@ VAPOUR = int(Phase.VAPOUR)
 def vapour(points, label, *, m=1.0, phase=VAPOUR):
     """An array with positions (n, 3) [m], labels and masses [kg]."""
     pa = fluid_array(points, spacing=1.0, dim=2, rho0=WATER.rho_l)
-    for name, kind, value in (("phase", "int", phase), ("bubble", "unsigned int", label)):
+    for name, kind, value in (("phase", "int", phase), ("bubble", "unsigned int", label), ("departed", "int", 0)):
         pa.add_property(name, type=kind)
         pa.get(name)[:] = value
     pa.m[:] = m
@@ -126,6 +126,22 @@ def test_a_bubble_departs_once_and_from_the_site_next_to_its_lowest_particle():
     assert step(dy=0.2) == [(pytest.approx(1.3), 4, 1)]
     step(dy=3.0)
     assert len(step(label=[7, 7, 8, 8])) == 1  # it splits as it rises
+
+
+@host_only
+def test_a_bubble_that_hovers_departs_once_and_new_vapour_in_it_departs_too():
+    """It sinks back to its site twice, then most of it condenses there and becomes vapour anew."""
+    pa = vapour([[3, 1, 0], [3, 2, 0], [4, 2, 0], [2, 2, 0]], 7)
+    step = departures(pa)
+    for _ in range(3):
+        assert len(step(dy=1.5)) == 1 and pa.departed.tolist() == [1] * 4
+        step(dy=-1.5)
+    pa.phase[:3] = Phase.LIQUID
+    step()
+    assert pa.departed.tolist() == [0, 0, 0, 1]
+    pa.phase[:3] = VAPOUR
+    step()
+    assert [n for _, n, _ in step(dy=1.5)] == [4, 4]
 
 
 @host_only

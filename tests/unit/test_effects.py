@@ -49,7 +49,7 @@ OWNS = {
         "phase kinetic vapour_distance vaporised interrupted e_lat", "",
         "n_liquid n_transition n_superheated n_vapour n_held energy_liquid energy_transition energy_superheated "
         "energy_vapour energy_held n_nucleated n_interrupted energy_hidden"),
-    "preset_nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "", "", ""),
+    "preset_nucleation": ("NucleationSiteCondition NucleationSiteAttraction", "departed", "", ""),
     "dynamic_nucleation": (
         "NucleationHeld NucleationRegion NucleationClaim NucleationFire NucleationChoice NucleationShare "
         "NucleationRelease",
@@ -103,6 +103,8 @@ def test_absent_effect_adds_nothing(slot):
         kernels |= {"HeatTemperature", "HeatTemperatureAfter"}
     if "density" not in scheme.effects:
         kernels -= {"NucleationSiteAttraction"}
+    if "bubbles" not in scheme.effects:
+        properties -= {"departed"}
     if "expansion" in scheme.effects:
         kernels |= {"PBFDensitySwollen", "PBFPositionCorrectionSwollen", "PBFWarmStartSwollen"}
         kernels -= {"PBFDensity", "PBFPositionCorrection", "PBFWarmStart"}

@@ -128,11 +128,22 @@ def test_description_and_record_name_the_forms():
     assert "forms of the paper" not in built("dam_break", "--forms", "paper").scheme.describe()
 
 
+@pytest.mark.parametrize("mode", ["gu", "li_xiao"])
+@pytest.mark.parametrize("form", ["kinetic_condition", "interruption"])
+def test_forms_of_the_kinetic_condition_concern_the_paper_alone(mode, form):
+    effects = built("superheat_sites", "--mode", mode).scheme.effects
+    assert not any(form in names for names in forms_in(effects))
+    assert any(form in names for names in forms_in(built("superheat_sites").scheme.effects))
+    with pytest.raises((SystemExit, ValueError), match=f"form '{form}' of the paper changes the effect 'phases' with "
+                                                       "kinetic='site', which this scene lacks"):
+        built("superheat_sites", "--mode", mode, "--forms", form)
+
+
 def test_forms_with_a_mode_and_with_effects_from_the_scene():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         effects = built("superheat_sites", *ALL, "--mode", "gu", "--effects", "auto").scheme.effects
-    assert effects["phases"] == PhaseChange(kinetic="always", interrupt="convert", vapour_as_site=False)
+    assert effects["phases"] == PhaseChange(kinetic="always")  # without a site nothing can be interrupted
     assert effects["preset_nucleation"].attracts == "transition"
     assert effects["convection"].form == "gradient" and "pooling" not in effects
     added = built("heated_slab", "--effects", "auto", "--forms", "convection").scheme.effects  # which it adds

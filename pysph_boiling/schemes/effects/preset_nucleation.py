@@ -112,6 +112,11 @@ class PresetNucleation(Effect):
         drawn = Property("drawn", "-", "counter of the random numbers of the site", "int", True)
         return (superheat, state, drawn) if self.activation else (superheat,)
 
+    def properties(self, scene):
+        if "bubbles" not in scene.effects:
+            return ()
+        return (Property("departed", "-", "1 if the vapour was in a bubble that departed from its site", "int", True),)
+
     def prepare(self, scene, arrays):
         for name in scene.sites if self.activation else ():
             arrays[name].drawn[:] = DRAWS * np.arange(len(arrays[name].drawn))
