@@ -10,6 +10,7 @@ from pysph.sph.equation import Group
 from pysph_boiling.equations.buoyancy import BubbleBuoyancy, BubbleBuoyancyIhmsen, BubbleBuoyancyPaper, BubbleDrag
 from pysph_boiling.equations.cohesion import (
     BubbleCohesion,
+    BubbleCohesionForce,
     BubbleCohesionMove,
     BubbleCohesionStart,
     BubbleSiteAdhesion,
@@ -63,6 +64,8 @@ class Forces:
             "drag": BubbleDrag("fluid", ["fluid"], rate=11.0, rho0=RHO0),
             "cohesion": BubbleCohesion("fluid", ["fluid"], strength=STRENGTH, radius=2.3 * DX, stiffness=STIFFNESS,
                                        max_displacement=MAX_DISPLACEMENT),
+            "cohesion_force": BubbleCohesionForce("fluid", ["fluid"], strength=STRENGTH, radius=2.3 * DX,
+                                                  stiffness=STIFFNESS),
             "cohesion_move": BubbleCohesionMove("fluid", None),
             "cohesion_start": BubbleCohesionStart("fluid", None, share=SHARE),
             "adhesion": BubbleSiteAdhesion("fluid", ["sites"], strength=80.0, radius=2.1 * DX, spacing=DX),

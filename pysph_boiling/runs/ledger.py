@@ -18,7 +18,7 @@ from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes.effects import Column, Effect, Snapshot, sum_over, totals
 
-__all__ = ["Ledger", "load_results", "save_results", "write_json"]
+__all__ = ["GuestLedger", "Ledger", "load_results", "save_results", "write_json"]
 
 START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constants with values at t = 0
 
@@ -280,3 +280,29 @@ class Ledger(Tool):
         """Write the results so far to ``path``."""
         if self.path is not None:
             save_results(self.path, self.table())
+
+
+class GuestLedger(Ledger):
+    """The ledger of a :class:`~pysph_boiling.schemes.guest.BoilingGuest`: the balance of its mass and energy.
+
+    It begins with the first step, and writes its table to ``path`` with each particle file. Parameters are those of
+    :class:`Ledger`, with the guest instead of the scheme. Return it from ``create_tools``, after ``guest.tools()``.
+    Properties that belong to the other scheme hold no enthalpy, and are not checked.
+    """
+
+    def __init__(self, guest, every=1, path=None):
+        super().__init__(guest.scheme, every, path)
+
+    def check(self, arrays):
+        """Checks nothing: arrays have the properties of the other scheme, too."""
+
+    def pre_step(self, solver):
+        if self.now is None:
+            self.begin(self.scheme.arrays)
+        super().pre_step(solver)
+
+    def post_step(self, solver):
+        super().post_step(solver)
+        if (solver.count + 1) % solver.pfreq == 0 or self.now[0] >= solver.tf * (1.0 - 1e-9):
+            self.finish()
+            self.save()

@@ -18,7 +18,7 @@ from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fill
 from pysph_boiling.schemes.reductions import GENERAL
 
-__all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "set_constant"]
+__all__ = ["HeatClock", "PBFFrozenStep", "PBFIntegrator", "PBFStep", "ThermalStages", "set_constant"]
 
 SETTLED = 0.003  # largest density error [-] of the initial state at which settling ends
 LISTED = tuple((axis, f"listed_{axis}") for axis in "xyz")  # positions, and those at the last search
@@ -119,38 +119,97 @@ class MotionLimits:
         return math.ceil(wanted) if math.isfinite(wanted) else 1  # the guard reports NaN
 
 
-class PBFIntegrator(Integrator):
+class ThermalStages:
+    """Decides which stages of heat, phases and bubbles a step needs, and how often, from the present state.
+
+    ``heat_subcycles`` is the number of heat steps in the last step. ``reductions`` are general ones unless the solver
+    sets others.
+    """
+
+    reductions = GENERAL
+    heat_subcycles = 0
+
+    def plan_thermal(self, *, stages, arrays, conditions, heat_limit, step_limit):
+        """Set what the scheme has built.
+
+        ``stages`` are the names in the order of the evaluators, and ``arrays`` the list of the fluid arrays.
+        ``conditions`` maps a stage to functions of the fluid arrays, one of which must be true for the stage to run;
+        without functions it always runs. ``heat_limit`` is the explicit limit of the heat step [s] and ``step_limit``
+        the largest change of enthalpy in one heat step [J/kg].
+        """
+        self.stages = {name: index for index, name in enumerate(stages)}
+        self.arrays, self.conditions = arrays, conditions
+        self.heat_limit, self.step_limit = heat_limit, step_limit
+
+    def thermal(self, dt):
+        """Yields the stages of heat, phases and bubbles for a step of ``dt`` [s]."""
+        if "heat" in self.stages:
+            cycles = self.count_subcycles(dt)
+            self.heat_subcycles += cycles
+            for pa in self.arrays:
+                set_constant(pa, "heat_dt", dt / cycles)
+            for _ in range(cycles):
+                yield self.stages["heat"]
+        for name in ("phases", "dynamic_nucleation"):
+            if self.needed(name):
+                yield self.stages[name]
+        if self.needed("bubbles"):
+            yield self.stages["bubbles"]
+            if any("relabel" in pa.constants and pa.relabel[0] > 0.0 for pa in self.arrays):
+                yield self.stages["bubbles"]
+                for pa in self.arrays:
+                    set_constant(pa, "relabel", 0.0)
+
+    def needed(self, name):
+        """Whether the stage was built and the present state needs it."""
+        if name not in self.stages:
+            return False
+        conditions = self.conditions.get(name, ())
+        return not conditions or any(needed(self.arrays) for needed in conditions)
+
+    def count_step(self):
+        """Count a step in the constant ``steps`` of each array that has it."""
+        for pa in self.arrays:
+            if "steps" in pa.constants:
+                set_constant(pa, "steps", pa.steps[0] + 1.0)
+
+    def count_subcycles(self, dt):
+        """Set the number of heat steps from the explicit limit and the largest change of enthalpy, ``step_limit``."""
+        rate = ranks.largest(max(self.reductions.largest_size(pa, "ae") for pa in self.arrays))
+        wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
+        if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
+            raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
+                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {rate:.3g} "
+                             "J/(kg s)")
+        return math.ceil(wanted)
+
+
+class PBFIntegrator(ThermalStages, Integrator):
     """Runs the stages of a scheme in the order of :data:`pysph_boiling.schemes.stages.STAGES`.
 
     The scheme calls :meth:`plan` once. ``wall_time`` has the seconds per stage, ``runs`` the number of evaluations of
     each stage, and ``searches`` the number of neighbour searches. A step in which particles would move too far is
     split. Before the first step, passes of the density stage alone move apart particles that start too close to each
-    other or to a wall, without giving them a velocity. ``reductions`` are general ones unless the solver sets others.
+    other or to a wall, without giving them a velocity.
     """
-
-    reductions = GENERAL
 
     def plan(self, *, stages, arrays, ghosts, pairs, conditions=None, heat_limit=math.inf, step_limit=math.inf,
              frozen=False, skin=0.0, motion=None, meter=None, thermal_last=False, closing=True):
         """Set what the scheme has built.
 
-        ``stages`` are the names in the order of the evaluators. ``arrays`` are pairs of names and a list that is filled
-        with these arrays when the solver has them (also on a restart), first of the fluids. ``pairs`` are the (dest,
-        source) names of the neighbour lists in use. ``conditions`` maps a stage to functions of the fluid arrays, one
-        of which must be true for the stage to run; without functions it always runs. ``heat_limit`` is the explicit
-        limit of the heat step [s] and ``step_limit`` the largest change of enthalpy in one heat step [J/kg]. ``skin``
-        is the distance by which neighbour lists reach farther than the support [m]. ``motion`` is a
-        :class:`MotionLimits`, and ``meter`` an optional :class:`~pysph_boiling.schemes.effects.mechanics.WorkMeter`.
+        ``stages``, ``conditions``, ``heat_limit`` and ``step_limit`` are those of :meth:`plan_thermal`. ``arrays`` are
+        pairs of names and a list that is filled with these arrays when the solver has them (also on a restart), first
+        of the fluids. ``pairs`` are the (dest, source) names of the neighbour lists in use. ``skin`` is the distance by
+        which neighbour lists reach farther than the support [m]. ``motion`` is a :class:`MotionLimits`, and ``meter``
+        an optional :class:`~pysph_boiling.schemes.effects.mechanics.WorkMeter`.
         With ``thermal_last`` heat, phases and bubbles follow after the density sweeps, and ``closing`` says whether
         density sweeps follow after the oscillation.
         """
-        self.stages = {name: index for index, name in enumerate(stages)}
-        self.arrays = arrays[0][1]
-        self.named, self.ghosts, self.pairs, self.conditions = arrays, ghosts, pairs, conditions or {}
-        self.heat_limit, self.step_limit, self.frozen, self.skin = heat_limit, step_limit, frozen, skin
-        self.motion, self.meter = motion, meter
+        self.plan_thermal(stages=stages, arrays=arrays[0][1], conditions=conditions or {}, heat_limit=heat_limit,
+                          step_limit=step_limit)
+        self.named, self.ghosts, self.pairs = arrays, ghosts, pairs
+        self.frozen, self.skin, self.motion, self.meter = frozen, skin, motion, meter
         self.thermal_last, self.closing = thermal_last, closing
-        self.heat_subcycles = 0
         self.searched, self.searches = False, 0
         self.wall_time = dict.fromkeys(("search", *stages), 0.0)
         self.runs = dict.fromkeys(stages, 0)
@@ -224,9 +283,7 @@ class PBFIntegrator(Integrator):
     def stages_at_prediction(self, dt):
         """Yields the indices of the stages to run on the predicted positions, decided during the step."""
         self.search()
-        for pa in self.arrays:
-            if "steps" in pa.constants:
-                set_constant(pa, "steps", pa.steps[0] + 1.0)
+        self.count_step()
         self.part = dt
         if not self.thermal_last:
             yield from self.thermal(dt)
@@ -237,25 +294,6 @@ class PBFIntegrator(Integrator):
             if dt < self.motion.short_step and self.motion.tolerance < max(float(pa.density_error[0])
                                                                          for pa in self.arrays):
                 yield self.density()
-
-    def thermal(self, dt):
-        """Yields the stages of heat, phases and bubbles for a step of ``dt`` [s]."""
-        if "heat" in self.stages:
-            cycles = self.count_subcycles(dt)
-            self.heat_subcycles += cycles
-            for pa in self.arrays:
-                set_constant(pa, "heat_dt", dt / cycles)
-            for _ in range(cycles):
-                yield self.stages["heat"]
-        for name in ("phases", "dynamic_nucleation"):
-            if self.needed(name):
-                yield self.stages[name]
-        if self.needed("bubbles"):
-            yield self.stages["bubbles"]
-            if any("relabel" in pa.constants and pa.relabel[0] > 0.0 for pa in self.arrays):
-                yield self.stages["bubbles"]
-                for pa in self.arrays:
-                    set_constant(pa, "relabel", 0.0)
 
     def density(self, dt=math.inf):
         """Index of the density stage for a step of ``dt`` [s]; its sweeps begin without acceleration.
@@ -280,13 +318,6 @@ class PBFIntegrator(Integrator):
             yield self.stages["oscillation"]
         if self.closing and self.arrays[0].pushes[0] > 0.0:
             yield self.density(dt)
-
-    def needed(self, name):
-        """Whether the stage was built and the present state needs it."""
-        if name not in self.stages:
-            return False
-        conditions = self.conditions.get(name, ())
-        return not conditions or any(needed(self.arrays) for needed in conditions)
 
     def stages_at_correction(self):
         """Yields the indices of the stages to run on the corrected positions and the new velocities."""
@@ -358,22 +389,12 @@ class PBFIntegrator(Integrator):
         for pa in self.arrays if self.skin > 0.0 else ():
             pa.listed[0] = -1.0
 
-    def count_subcycles(self, dt):
-        """Set the number of heat steps from the explicit limit and the largest change of enthalpy, ``step_limit``."""
-        rate = ranks.largest(max(self.reductions.largest_size(pa, "ae") for pa in self.arrays))
-        wanted = max(1.0, dt / self.heat_limit - 1e-9, rate * dt / self.step_limit - 1e-9)
-        if not (math.isfinite(rate) and wanted <= MAX_SUBCYCLES):
-            raise ValueError(f"a step of {dt:.3g} s would need {wanted:.3g} heat steps, more than {MAX_SUBCYCLES}: the "
-                             f"explicit limit is {self.heat_limit:.3g} s and enthalpy changes by up to {rate:.3g} "
-                             "J/(kg s)")
-        return math.ceil(wanted)
-
 
 class HeatClock(Tool):
     """Sets ``heat_dt`` before each step, so that :class:`HeatUpdate` can be used in a scheme of PySPH.
 
     Return it from ``create_tools``. The arrays need the constant ``heat_dt`` when PySPH compiles, so add it in
-    ``create_particles`` (see ``examples/reuse_wcsph.py``). PySPH's initial evaluation before the first step then moves
+    ``create_particles`` (see ``examples/heat_wave.py``). PySPH's initial evaluation before the first step then moves
     no heat. ``evaluations`` is the number of evaluations per step of the scheme's integrator (1 for PEC, 2 for EPEC).
     The time step must obey the explicit limit, :func:`pysph_boiling.schemes.effects.heat_step_limit`.
     """

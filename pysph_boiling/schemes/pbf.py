@@ -85,6 +85,7 @@ class PBFScheme(Scheme):
 
     slots = Slots(without="heat")
     material = None
+    hosted = False  # whether another scheme moves the particles, so that no effect ``density`` is required
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
                  quality="standard", lean=True, density=_DEFAULT, **effects):
@@ -178,7 +179,7 @@ class PBFScheme(Scheme):
             for needed in effect.requires:
                 if needed not in EFFECTS:
                     raise unknown(f"effect, which '{slot}' requires, of the name", needed, EFFECTS)
-                if needed not in self.effects:
+                if needed not in self.effects and not (self.hosted and needed == "density"):
                     cls = EFFECTS[needed][0].__name__
                     raise SchemeError(f"effect '{slot}' ({type(effect).__name__}) needs the effect '{needed}'",
                                       f"pass {needed}={cls}(...) to the scheme, or leave '{slot}' out",
@@ -186,7 +187,7 @@ class PBFScheme(Scheme):
         return SchemeContext(
             fluids=tuple(self.fluids), solids=tuple(self.solids), sites=tuple(self.sites), dim=self.dim,
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
-            material=self.material, gravity=self.gravity, effects=self.effects, period=self.period)
+            material=self.material, gravity=self.gravity, effects=self.effects, period=self.period, hosted=self.hosted)
 
     def skin(self):
         """Distance by which neighbour lists reach farther than the support [m]."""
@@ -282,13 +283,17 @@ class PBFScheme(Scheme):
         self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
-    def get_equations(self):
-        scene, (terms, _) = self.scene(), self.built_terms()
+    def build_stages(self, terms, meter=None):
+        """(built, conditions): the PySPH groups of each stage that has terms, and what each stage needs to run.
+
+        ``built`` maps the name of a stage to its groups, in the order of the stages, and ``conditions`` to functions of
+        the fluid arrays. ``meter`` is the work meter of the mechanical ledger.
+        """
+        scene = self.scene()
         limits = {"label_rounds": (1, EFFECTS["bubbles"][0].MAX_ROUNDS)}
         if "density" in self.effects:
             iterates = any(isinstance(term.equation, PBFSweepsLean) for term in terms)  # itself
             limits["sweeps"] = (1, 1) if iterates else self.sweep_limits()
-        conditions = {"short_step": lambda t, dt: self.arrays[0].prior[0] < 1.0}
         effect_hooks = {slot: effect.hooks(scene) for slot, effect in self.effects.items()}
         needs = {slot: effect.conditions(scene) for slot, effect in self.effects.items()}
         check_places(terms, effect_hooks, needs)
@@ -300,21 +305,27 @@ class PBFScheme(Scheme):
                 if place in table:
                     yield lambda hook=table[place]: hook(self.arrays)
 
-        meter = WorkMeter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
-        apart = meter.apart if meter else {}
-        tag = vector_tag()
-        built = {stage.name: build_stage(stage, terms, limits=limits, conditions=conditions, hooks=hooks, tag=tag,
-                                         apart=apart)
-                 for stage in STAGES}
-        built = {name: groups for name, groups in built.items() if groups}
-        heat_limit = step_limit = math.inf
-        if "heat" in self.effects:
-            heat_limit = self.effects["heat"].step_limit(scene)
-            step_limit = self.effects["heat"].max_enthalpy_change * self.material.L
-        stage_conditions = {}
+        options = dict(limits=limits, conditions={"short_step": lambda t, dt: self.arrays[0].prior[0] < 1.0},
+                       hooks=hooks, tag=vector_tag(), apart=meter.apart if meter else {})
+        built = {stage.name: build_stage(stage, terms, **options) for stage in STAGES}
+        conditions = {}
         for table in needs.values():
             for name, needed in table.items():
-                stage_conditions.setdefault(name, []).append(needed)
+                conditions.setdefault(name, []).append(needed)
+        return {name: groups for name, groups in built.items() if groups}, conditions
+
+    def heat_limits(self):
+        """(longest, largest): the longest stable heat step [s], and the largest change of enthalpy in it [J/kg]."""
+        if "heat" not in self.effects:
+            return math.inf, math.inf
+        heat = self.effects["heat"]
+        return heat.step_limit(self.scene()), heat.max_enthalpy_change * self.material.L
+
+    def get_equations(self):
+        scene, (terms, _) = self.scene(), self.built_terms()
+        meter = WorkMeter(self.effects["mechanics"], scene, self.arrays) if "mechanics" in self.effects else None
+        built, conditions = self.build_stages(terms, meter)
+        heat_limit, step_limit = self.heat_limits()
         if self.integrator is None:
             raise RuntimeError("call configure_solver before get_equations")
         if hasattr(self.integrator, "plan"):
@@ -322,7 +333,7 @@ class PBFScheme(Scheme):
                 stages=list(built), arrays=[
                     (list(self.fluids), self.arrays), (self.sites, self.site_arrays),
                     (list(self.solids) if self.effect_rows("wall_properties") else [], self.wall_arrays)],
-                ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=stage_conditions,
+                ghosts=self.ghosts, pairs=self.pairs(), meter=meter, conditions=conditions,
                 heat_limit=heat_limit, step_limit=step_limit, frozen="density" not in self.effects, skin=self.skin(),
                 motion=self.effects["density"].limits(scene, self.dt) if "density" in self.effects else None,
                 thermal_last="heat" in self.effects and self.effects["heat"].positions == "corrected",
@@ -359,7 +370,7 @@ class PBFScheme(Scheme):
             self._give(arrays[name], [*WALL_PROPERTIES, *rows], clean)
             if rows:
                 number(arrays[name])  # so that ghosts find what they are images of
-        if len(self.solids) > 1:
+        if len(self.solids) > 1 and not self.hosted:
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim)
         for name in self.sites:
             rows = [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")]
@@ -392,7 +403,7 @@ class PBFScheme(Scheme):
                                  f"but the container holds particles between {bounds[0][k]:g} and {bounds[1][k]:g} m: "
                                  "extend it beyond both ends")
         arrays = {pa.name: pa for pa in particles}
-        if self.solids:
+        if self.solids and not self.hosted:
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim, domain=domain)
         for effect in self.effects.values():
             effect.check(scene, arrays)
@@ -420,7 +431,8 @@ class PBFScheme(Scheme):
             for name in set(pa.properties) - names - set(PYSPH_PROPERTIES):
                 pa.remove_property(name)
         add_properties(pa, rows)
-        pa.set_output_arrays([row.name for row in rows if row.state] + ["gid", "pid", "tag"])
+        if clean:
+            pa.set_output_arrays([row.name for row in rows if row.state] + ["gid", "pid", "tag"])
 
     # --- what was built -----------------------------------------------------------------------------------------------
 

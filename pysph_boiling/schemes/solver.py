@@ -146,10 +146,11 @@ def has_host_sums(equations):
     return isinstance(parts, list | tuple) and any(map(has_host_sums, parts))
 
 
-def build_side_by_side(arrays, equations, kernel, integrator, mode="serial", say=CheckedModule.say):
+def build_side_by_side(arrays, equations, kernel, integrator, stages, mode="serial", say=CheckedModule.say):
     """Fill PySPH's cache of compiled modules for these equations, one on each core at a time.
 
-    ``mode`` is "mpi" if the run has several ranks. ``say`` is called with a sentence before and after compiling.
+    ``stages`` are their names. ``mode`` is "mpi" if the run has several ranks. ``say`` is called with a sentence before
+    and after compiling.
 
     A failed build is not reported here, because PySPH builds again in this process and raises the error.
     Errors: ``OSError`` if the cache cannot be written to.
@@ -159,7 +160,7 @@ def build_side_by_side(arrays, equations, kernel, integrator, mode="serial", say
         return
     helpers = compiler.acceleration_eval_helpers
     sources = [compiler._get_code(), *(helper.get_code() for helper in helpers[1:])]
-    names = list(getattr(integrator, "stages", ())) or [f"stage {number}" for number in range(len(sources))]
+    names = list(stages) or [f"stage {number}" for number in range(len(sources))]
     modules = [VectorModule.of(edited(source)) for source in sources]
     missing = [number for number, module in enumerate(modules) if not module.whole()]
     if not missing:
@@ -277,6 +278,7 @@ class StagedSolver(Solver):
                 if has_host_sums(equations):
                     fluid_sums(self.say)
                 build_side_by_side(particles, equations, kernel or self.kernel, self.integrator,
+                                   getattr(self.integrator, "stages", ()),
                                    mode="mpi" if self.in_parallel else "serial", say=self.say)
             ranks.wait()
             super().setup(particles, equations, nnps, kernel, fixed_h)

@@ -92,6 +92,17 @@ def test_sweep_goes_a_share_of_the_way_to_the_force_where_the_particles_are(bubb
     np.testing.assert_allclose(vectors(fluid, *PULLED), done + want, rtol=0.0, atol=1e-12 * np.abs(want).max())
 
 
+@pytest.mark.parametrize("dt", [0.0, DT, 10.0 * DT])
+def test_force_for_other_schemes_is_that_of_the_sweeps_less_in_long_steps(bubbles, dt):
+    a, fluid = cohesion(bubbles), bubbles.fluid
+    got = bubbles.run("cohesion_force", start=7.0, dt=dt) - 7.0
+    np.testing.assert_allclose(got, a / (1.0 + STIFFNESS * STRENGTH * dt**2), rtol=0.0, atol=1e-12 * np.abs(a).max())
+    moved = np.any(got != 0.0, axis=1)
+    assert moved.sum() >= 8 and np.all(fluid.phase[moved] == VAPOUR)
+    impulse = fluid.m[:, None] * got
+    np.testing.assert_allclose(impulse.sum(0), 0.0, atol=1e-12 * np.abs(impulse).sum())
+
+
 def test_only_vapour_is_moved_and_by_what_its_velocity_feels(bubbles):
     fluid, x = bubbles.fluid, vectors(bubbles.fluid)
     p = sweep(bubbles, DT)

@@ -1,131 +1,81 @@
-"""Our heat equations as guests of PySPH's own schemes: both examples run to their end, and their checks can fail."""
+"""Our model as the guest of PySPH's own schemes: vessels that boil, and the dam break of docs/python.md."""
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pysph.examples.dam_break_2d import DamBreak2D
-from pysph.sph import scheme as pysph_schemes
+from pysph.solver.utils import load
 
 from pysph_boiling import cli
-from pysph_boiling.equations import heat
-from pysph_boiling.examples import reuse_wcsph
+from pysph_boiling.examples import reuse_wcsph, scene_class
 from pysph_boiling.files import last_output, read_output
+from pysph_boiling.phases import Phase
+from pysph_boiling.runs.ledger import load_results
 
-HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_tvf": "TVFScheme"}
-GUESTS = [heat.HeatTemperature, heat.HeatConductionClearyMonaghan, heat.HeatUpdate, heat.HeatTemperatureAfter]
+HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_edac": "EDACScheme", "reuse_iisph": "IISPHScheme"}
 
 
-@pytest.fixture(scope="module", params=HOSTS)
-def app(request, tmp_path_factory):
-    """One finished run of each example; ``run`` has drawn the picture and made the final check."""
-    application = cli.scene_class(request.param)()
-    folder = tmp_path_factory.mktemp(request.param)
-    application.run([*cli.openmp_arguments([]), "-d", str(folder), "--loglevel", "none"])
+def small(name, folder, monkeypatch, *options, tf=0.3):
+    """A run of a scene in a vessel half as large, until ``tf`` [s]."""
+    monkeypatch.setattr(reuse_wcsph, "WIDTH", 18)
+    monkeypatch.setattr(reuse_wcsph, "FILL", 9)
+    monkeypatch.setattr(reuse_wcsph, "SITES", 2)
+    application = scene_class(name)()
+    application.run([*cli.openmp_arguments([]), "-d", str(folder), "--loglevel", "none", "--tf", str(tf), *options])
     return application
 
 
-def classes(groups):
-    return [type(equation) for group in groups for equation in group.equations]
+@pytest.mark.parametrize("name", HOSTS)
+def test_a_vessel_boils_in_pysphs_scheme(name, tmp_path, monkeypatch):
+    application = small(name, tmp_path, monkeypatch, "--no-pictures")
+    host = application.scheme
+    assert type(host).__name__ == HOSTS[name] and type(host).__module__.startswith("pysph.sph.")
+    own = host.get_equations()
+    assert len(application.equations) == len(own) + 1  # one group of ours, which calls the guest
+
+    table = load_results(tmp_path)
+    assert table["n_nucleated"][-1] >= 4 and 1 <= table["n_bubbles"][-1] <= 3  # at both sites
+    assert table["energy_heater"][-1] > 0.0 and np.max(np.abs(table["energy_residual"])) <= 1e-12
+    assert np.max(np.abs(table["mass_residual"])) <= 1e-12
+    arrays = load(str(last_output(tmp_path)))["arrays"]  # PySPH's own reader
+    fluid = arrays["fluid"]
+    assert np.count_nonzero(fluid.phase == Phase.VAPOUR) == table["n_vapour"][-1]
+    assert {"au", "p"} <= set(fluid.properties) and set(arrays) == {"fluid", "wall", "sites"}
+    assert np.all((fluid.x > 0.0) & (fluid.x < 18 * reuse_wcsph.SPACING) & (fluid.y > 0.0))
 
 
-def test_host_is_pysphs_own(app):
-    host = type(app.scheme)
-    assert host is getattr(pysph_schemes, HOSTS[app.fname]) and host.__module__ == "pysph.sph.scheme"
-    own = classes(app.scheme.get_equations())
-    assert all(cls.__module__.startswith("pysph.sph.") for cls in own)
-    assert classes(app.equations) == own + GUESTS
+def test_model_of_gu_is_an_sph_model_that_never_superheats(tmp_path, monkeypatch):
+    application = small("reuse_wcsph", tmp_path, monkeypatch, "--no-pictures", "--mode", "gu")
+    table = load_results(tmp_path)
+    assert table["n_nucleated"][-1] >= 4 and np.max(table["n_superheated"]) == 0
+    assert application.record()["mode"] == "gu"
 
 
-def test_wave_decays_drifts_and_keeps_its_energy(app):
-    assert app.decay_error() == pytest.approx(0.0, abs=0.01)  # Laplacian of the lattice: 0.2 % and 0.8 % measured
-    assert app.shape_error() <= 0.01  # 0.8 % measured, all of it the amplitude's
-    assert abs(app.energy_drift()) <= 1e-14  # round-off; 2e-16 measured
-    fluid = app.particles[0]
-    e, T = (fluid.get(name, only_real_particles=True) for name in ("e", "T"))
-    np.testing.assert_allclose(T, reuse_wcsph.T_MEAN + e / reuse_wcsph.WATER.c_l, rtol=1e-14)  # not a step behind
-
-
-def test_flow_is_that_of_the_host(app):
-    fluid = app.particles[0]
-    assert fluid.get_number_of_particles(True) == 480
-    assert fluid.get_number_of_particles() > 480, "no ghosts: no heat crossed a border"
-    for speed, values in ((reuse_wcsph.U, fluid.u), (reuse_wcsph.V, fluid.v)):
-        np.testing.assert_allclose(values, speed, rtol=1e-9)  # a lattice in uniform motion stays one
-
-
-def test_files(app):
-    names = {path.name for path in Path(app.output_dir).iterdir()}
-    assert {"profile.png", f"{app.fname}.info"} <= names and len(app.output_files) == 2
-    measured = Path(app.output_dir) / f"{app.fname}_measured.hdf5"  # the user's, who names it alike
-    measured.write_text("mine")
-    assert len(app.output_files) == 2 and app.post_process(app.info_filename).endswith("profile.png")
-    measured.unlink()
-
-
-@pytest.mark.parametrize(("prop", "change", "message"), [
-    ("e", lambda e: 1.03 * e, "the amplitude differs by"),
-    ("e", lambda e: np.roll(e, 30), "from the exact"),
-    ("e", lambda e: e + 1e-9 * np.max(e), "the energy changed"),
-    ("x", lambda x: x + 1e-4, "the wave differs"),
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda app: app.ledger.rows.columns.__setitem__(app.ledger.rows.names.index("energy_residual"), 1e-9), "energy"),
+    (lambda app: app.ledger.rows.columns.__setitem__(app.ledger.rows.names.index("mass_residual"), 1e-9), "mass"),
 ])
-def test_final_check_fails_on(app, prop, change, message):
-    values = app.particles[0].get(prop)
-    kept = values.copy()
-    values[:] = change(kept)
-    with pytest.raises(AssertionError, match=message):
-        app.check_final()
-    values[:] = kept
-    app.check_final()
+def test_final_check_fails_on(change, message, tmp_path, monkeypatch):
+    application = small("reuse_wcsph", tmp_path, monkeypatch, "--disable-output", tf=0.002)
+    with pytest.raises(AssertionError, match="no bubble left the base"):
+        application.check_final()
+    change(application)
+    with pytest.raises(AssertionError, match=f"the {message} is not balanced"):
+        application.check_final()
 
 
-# --- the snippet of docs/python.md, in PySPH's dam break with its wall ---------------------------------------------
-
-def snippet():
-    """The code of docs/python.md for another scheme: imports, create_particles, create_equations, create_tools."""
+def test_dam_break_of_the_docs_boils_on_a_hot_floor(tmp_path):
+    """The file of docs/python.md, as it stands there: at most thirty lines of the user's."""
     text = (Path(__file__).parents[2] / "docs" / "python.md").read_text()
-    section = text[text.index("## One equation in another scheme"):]
-    parts = re.search("```python\n(.*?)```", section, re.S)[1].split("\n\n")
-    assert len(parts) == 4
-    return parts
-
-
-class GuestInDamBreak(DamBreak2D):
-    """PySPH's dam break with the lines of docs/python.md where it says that they go."""
-
-    def lines(self, number, **names):
-        parts = snippet()
-        exec(parts[0], names)
-        exec(parts[number], names)
-        return names
-
-    def create_particles(self):
-        particles = super().create_particles()
-        self.fluid, self.wall = particles
-        self.lines(1, fluid=self.fluid)
-        self.fluid.e[:] = 4186.0 * 50.0 * (self.fluid.x > 0.5)  # half of the water is 50 K hotter
-        return particles
-
-    def create_equations(self):
-        equations = self.lines(2, equations=super().create_equations())["equations"]
-        for number, group in enumerate(equations):  # named, so that PySPH's cache serves the next session
-            group.name = f"group{number}"
-        return equations
-
-    def create_tools(self):
-        return self.lines(3, fluid=self.fluid)["tools"]
-
-
-def test_snippet_of_the_readme_in_a_scheme_with_a_wall(tmp_path):
-    application = GuestInDamBreak(fname="dam_break_2d", output_dir=str(tmp_path))
-    application.run(["--openmp", "--max-steps", "20", "-d", str(tmp_path), "--loglevel", "none"])
-    arrays, data = read_output(last_output(tmp_path))
-    fluid, wall = arrays["fluid"], arrays["boundary"]
-    assert data["count"] == 20 and {"e", "T"} <= set(fluid.output_property_arrays)
-    assert not {"e", "T"} & set(wall.output_property_arrays) and "au" in wall.properties
-    np.testing.assert_allclose(fluid.T, 300.0 + fluid.e / 4186.0, rtol=1e-14)  # not an update behind e
-    middle = np.abs(fluid.x - 0.5) < 0.1  # more than a support of the kernel on both sides
-    assert np.ptp(fluid.T[~middle]) == pytest.approx(50.0, rel=1e-3)  # away from the border between hot and cold
-    moved = fluid.e - 4186.0 * 50.0 * (fluid.x > 0.5)
-    assert 1e-3 < np.max(np.abs(moved[middle])) < 0.1  # J/kg, measured .013: heat has crossed the border
-    assert abs(np.sum(moved)) < 1e-12 * np.sum(fluid.e)
+    code = re.search("```python\n(.*?)```", text[text.index("## Boiling in another scheme"):], re.S)[1]
+    assert len([line for line in code.splitlines() if line.strip()]) <= 30
+    names = {}
+    exec(code, names)
+    application = names["HotDam"](fname="hot_dam", output_dir=str(tmp_path))
+    application.run(["--openmp", "--tf", "0.35", "-d", str(tmp_path), "--loglevel", "none"])
+    table = application.ledger.table()
+    assert table["n_nucleated"][-1] >= 10 and table["n_bubbles"][-1] >= 3
+    assert np.max(np.abs(table["energy_residual"])) <= 1e-12
+    fluid = read_output(last_output(tmp_path))[0]["fluid"]
+    assert np.count_nonzero(fluid.phase == Phase.VAPOUR) == table["n_vapour"][-1]
+    assert fluid.x.max() > 1.2  # the dam has broken

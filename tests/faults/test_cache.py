@@ -130,6 +130,6 @@ def test_scenes_of_pysphs_own_schemes_load_checked_modules_too(monkeypatch):
         num_procs=1, arg_parse=type("Parser", (), {})(), __init__=lambda self: None,
         run=lambda self, arguments: loaded.append(acceleration_eval_cython_helper.ExtModule))))
     monkeypatch.setattr(cli, "explain", lambda error: pytest.fail(repr(error)))
-    assert cli.main(["run", "reuse_wcsph"]) == 0
+    assert cli.main(["run", "heat_wave"]) == 0
     assert loaded == [cache.CheckedModule] and issubclass(solver.VectorModule, cache.CheckedModule)
     assert acceleration_eval_cython_helper.ExtModule is not cache.CheckedModule

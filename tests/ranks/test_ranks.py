@@ -212,7 +212,7 @@ def test_every_scene_takes_its_first_steps(tmp_path, case):
         assert np.max(np.abs(several - one)) <= ROUND_OFF * spacing, axis
 
 
-@pytest.mark.parametrize("scene", ("heated_slab", "reuse_wcsph", "reuse_tvf"))
+@pytest.mark.parametrize("scene", ("heated_slab", "heat_wave", "heat_wave_tvf"))
 def test_periodic_scenes_are_refused(tmp_path, scene):
     done = start(2, tmp_path, "--max-steps", "1", program=("-m", "pysph_boiling", "run", scene))
     assert done.returncode != 0 and "periodic domain" in done.stderr and not list(tmp_path.glob("*.hdf5"))

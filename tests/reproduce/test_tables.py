@@ -1,6 +1,7 @@
 """Figure 2 and Tables 1 and 2: drawn and made from the code, so that a change of the code changes them."""
 from dataclasses import replace
 from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,14 @@ from sets import scheme
 from pysph_boiling.evaluation.reproduce import states
 from pysph_boiling.evaluation.reproduce.rules import Toy, call, evaluate
 from pysph_boiling.evaluation.reproduce.states import StateDiagram, channels, draw_states, trigger
-from pysph_boiling.evaluation.reproduce.tables import ASPECTS, PAPER_MODELS, HeatChannels, Models, answers
+from pysph_boiling.evaluation.reproduce.tables import (
+    ASPECTS,
+    PAPER_MODELS,
+    HeatChannels,
+    Models,
+    answers,
+    hosted_method,
+)
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_array, site_array
 from pysph_boiling.phases import EDGES, Phase
@@ -159,8 +167,19 @@ def test_answers_come_from_the_model(monkeypatch, mode, changes, aspect, answer)
     assert answers(mode)[aspect] == answer
 
 
+def hosted(scheme="WCSPHScheme", nucleated=7.0):
+    """A finished run of the model of Gu et al. in a scheme of PySPH."""
+    return SimpleNamespace(record={"scheme": scheme, "departures": [(0.3, 5, 1)]},
+                           table={"n_nucleated": np.array([0.0, nucleated]), "n_superheated": np.zeros(2)})
+
+
+def test_method_is_that_of_the_scheme_in_which_the_guest_boiled():
+    assert hosted_method(hosted()) == PAPER_MODELS["gu"][0]
+    assert hosted_method(hosted(nucleated=0.0)) == hosted_method(hosted("EulerScheme")) == "other"
+
+
 def test_table_of_models_is_complete(tmp_path):
-    section = Models().make({}, tmp_path, True)
+    section = Models().make({"gu_in_wcsph": hosted()}, tmp_path, True)
     assert set(PAPER_MODELS) == set(MODES)
     assert [row[:2] for row in section.tables[0].rows] == [
         (MODES[mode].source, aspect) for mode in PAPER_MODELS for aspect in ASPECTS]

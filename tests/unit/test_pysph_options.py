@@ -38,7 +38,7 @@ def test_every_scene_has_what_works_and_refuses_the_rest(scene):
     assert not [flag for flag in refused if f"{flag} " in text or f"{flag}\n" in text]
 
 
-@pytest.mark.parametrize("scene", ["dam_break", "reuse_wcsph"])
+@pytest.mark.parametrize("scene", ["dam_break", "heat_wave"])
 @pytest.mark.parametrize("flag", pysph_options.REFUSED)
 def test_refused_option_ends_the_run_with_its_name_and_reason(scene, flag, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -53,7 +53,7 @@ def test_refused_option_ends_the_run_with_its_name_and_reason(scene, flag, tmp_p
 
 def test_nothing_listens_on_the_network(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("multiprocessing.managers.BaseManager.get_server", lambda self: pytest.fail("it listens"))
-    for scene in ("heated_slab", "reuse_tvf"):
+    for scene in ("heated_slab", "heat_wave_tvf"):
         with pytest.raises(SystemExit, match="^2$"):
             cli.main(["run", scene, "--multiproc", "auto", "-d", str(tmp_path / "run")])
         assert "with a key that everyone knows" in capsys.readouterr().err

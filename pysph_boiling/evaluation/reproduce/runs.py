@@ -10,6 +10,7 @@ import numpy as np
 
 from pysph_boiling.examples import scene_class
 from pysph_boiling.files import last_output, output_files
+from pysph_boiling.runs.application import SceneApplication
 from pysph_boiling.runs.jobs import Job, run_jobs
 from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.threads import variables
@@ -29,6 +30,11 @@ class Run:
     scene: str
     options: tuple[str, ...] = ()
     alone: bool = False
+
+    @property
+    def resumes(self):
+        """Whether an interrupted run can be continued, which a scene with a scheme of PySPH cannot."""
+        return issubclass(scene_class(self.scene), SceneApplication)
 
     @property
     def command(self):
@@ -95,7 +101,7 @@ def finished(run, folder):
 def interrupted_at(run, folder):
     """The last complete output of exactly this run, which was interrupted; ``None`` if it must start again."""
     marker = Path(folder) / "asked.txt"
-    return last_output(folder) if marker.exists() and marker.read_text() == wanted(run) else None
+    return last_output(folder) if run.resumes and marker.exists() and marker.read_text() == wanted(run) else None
 
 
 def job(run, folder, threads):

@@ -17,6 +17,7 @@ class ArtificialPressure(Effect):
     slot: ClassVar[str] = "artificial_pressure"
     title: ClassVar[str] = "artificial pressure"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
     strength: float = param(20.0, "-", "s/(|g| spacing), which is k/spacing^2 (t*/dt)^2 with Macklin & Müller's k",
                             low=0.0, may_change=True)
 

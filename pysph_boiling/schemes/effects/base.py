@@ -43,6 +43,12 @@ class SchemeContext:
     gravity: tuple[float, float, float]
     effects: dict[str, "Effect"]
     period: np.ndarray  # (3,) length of the domain along each axis, 0 if not periodic or without a solver
+    hosted: bool = False  # whether another scheme moves the particles (BoilingGuest)
+
+    @property
+    def moves(self):
+        """Whether the particles move."""
+        return self.hosted or "density" in self.effects
 
     @property
     def g(self):
@@ -240,6 +246,7 @@ class Effect:
     requires: ClassVar[tuple[str, ...]] = ()
     auto_rule: ClassVar[Rule | None] = None  # None: only if asked for; the rule of the first class of a slot counts
     on_ranks: ClassVar[bool] = True  # whether it runs on several MPI ranks
+    in_guest: ClassVar[bool] = True  # whether it works where another scheme moves the particles (BoilingGuest)
     parameter_constants: ClassVar[tuple[str, ...]] = ()  # they hold parameters: a resumed run has those asked for now
 
     def __new__(cls, **given):

@@ -143,7 +143,11 @@ class Buoyancy(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Cohesion(Effect):
-    """Cohesion between vapour particles, which keeps bubbles round and in one piece."""
+    """Cohesion between vapour particles, which keeps bubbles round and in one piece.
+
+    It is solved in the sweeps of the density constraint. Where another scheme moves the particles (``BoilingGuest``) it
+    is an acceleration.
+    """
 
     slot: ClassVar[str] = "cohesion"
     title: ClassVar[str] = "cohesion of vapour"
@@ -171,6 +175,8 @@ class Cohesion(Effect):
         return cls.TENSION[dim] * rho0 * strength * spacing**2
 
     def properties(self, scene):
+        if scene.hosted:
+            return vector("pull_x pull_y pull_z", "m/s^2", "acceleration by cohesion")
         return (*vector("pull_x pull_y pull_z", "m", "displacement by cohesion in this sweep"),
                 *vector("pulled_x pulled_y pulled_z", "m", "displacement by cohesion in the sweeps of this step"),
                 *vector("pull_start_x pull_start_y pull_start_z", "m/s^2",
@@ -189,9 +195,13 @@ class Cohesion(Effect):
 
     def terms(self, scene, fluid):
         unit = self.tension(1.0, dim=scene.dim, spacing=scene.spacing, rho0=scene.rho0)
+        pair = dict(strength=self.sigma_in(scene) / unit, radius=scene.bubble_radius(self.radius),
+                    stiffness=self.STIFFNESS[scene.dim] / scene.spacing)
+        if scene.hosted:
+            yield Term("forces.sum", cohesion.BubbleCohesionForce(fluid, list(scene.fluids), **pair))
+            return
         yield Term("density.multiplier", cohesion.BubbleCohesion(
-            fluid, list(scene.fluids), strength=self.sigma_in(scene) / unit,
-            radius=scene.bubble_radius(self.radius), stiffness=self.STIFFNESS[scene.dim] / scene.spacing,
+            fluid, list(scene.fluids), **pair,
             max_displacement=scene.effects["density"].max_displacement * scene.spacing))
         yield Term("density.pull", cohesion.BubbleCohesionMove(fluid, None))
         yield Term("forces.sum", cohesion.BubbleCohesionStart(fluid, None, share=self.START))

@@ -32,6 +32,7 @@ class Expansion(Effect):
     slot: ClassVar[str] = "expansion"
     title: ClassVar[str] = "expansion of vapour"
     requires: ClassVar[tuple[str, ...]] = ("phases", "density")
+    in_guest: ClassVar[bool] = False
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: "what bursts must swell" if "dynamic_nucleation" in chosen else
         "its pulsation changes the volume of a bubble" if getattr(

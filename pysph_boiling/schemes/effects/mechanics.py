@@ -41,6 +41,7 @@ class MechanicalLedger(Effect):
     slot: ClassVar[str] = "mechanics"
     title: ClassVar[str] = "mechanical ledger"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
     on_ranks: ClassVar[bool] = False
 
     def owners(self, scene, places=FORCES):

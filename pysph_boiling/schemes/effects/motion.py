@@ -41,6 +41,7 @@ class DensityConstraint(Effect):
 
     slot: ClassVar[str] = "density"
     title: ClassVar[str] = "density constraint"
+    in_guest: ClassVar[bool] = False
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.g > 0.0, "there is gravity", "no gravity: nothing sets the fluid in motion")
     min_sweeps: int = param(2, "-", "smallest number of sweeps in a step; sweeps are made in pairs", low=1,
@@ -264,6 +265,7 @@ class BoxContainer(Effect):
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "box container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: facts.walls, "it catches particles that leak through walls", "there are no walls")
     lower: tuple = param((0.0, 0.0, 0.0), "m", "lower corner of the inside")
@@ -317,6 +319,7 @@ class CylinderContainer(Effect):
     slot: ClassVar[str] = "container"
     title: ClassVar[str] = "cylinder container"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
     centre: tuple = param((0.0, 0.0), "m", "position of the axis (x, y); only x is used in 2-D")
     radius: float = param(1.0, "m", "inner radius", above=0.0)
     bottom: float = param(0.0, "m", "height of the floor")
@@ -368,6 +371,7 @@ class XSPHViscosity(Effect):
     slot: ClassVar[str] = "viscosity"
     title: ClassVar[str] = "XSPH viscosity"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
     auto_rule: ClassVar[Rule] = Rule(lambda facts, chosen: True, "motion needs damping at the scale of a particle")
     rate: float = param(None, "1/s", "rate at which velocity differences decay; 0.7 sqrt(|g|/spacing) if not "
                         "given", low=0.0, may_change=True)

@@ -56,6 +56,7 @@ class Oscillation(Effect):
     slot: ClassVar[str] = "oscillation"
     title: ClassVar[str] = "oscillation of bubbles"
     requires: ClassVar[tuple[str, ...]] = ("bubbles", "density")
+    in_guest: ClassVar[bool] = False
     form: str = param("band", "-", "form of the constraint",
                       choices=("band", "relative", "hysteresis", "rayleigh_plesset"))
     gradient: str = param("exact", "-", "'exact' (eq. 27) conserves momentum, 'paper' (eq. 28) does not",

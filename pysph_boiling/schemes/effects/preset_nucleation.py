@@ -140,7 +140,7 @@ class PresetNucleation(Effect):
                     yield Term("phases.activate", preset_nucleation.NucleationActivation(
                         site, list(scene.fluids), radius=self.radius * scene.spacing, reach=reach,
                         embryo=self.embryo, seed=self.seed, T_sat=scene.material.T_sat, **up))
-        if self.attraction > 0.0 and scene.g > 0.0 and "density" in scene.effects:
+        if self.attraction > 0.0 and scene.g > 0.0 and scene.moves:
             yield Term("forces.sum", preset_nucleation.NucleationSiteAttraction(
                 fluid, list(scene.sites), strength=self.attraction * scene.g,
                 radius=self.attraction_radius * scene.spacing, transition=self.attracts == "transition"))

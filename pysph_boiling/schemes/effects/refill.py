@@ -22,6 +22,7 @@ class Refill(Effect):
     slot: ClassVar[str] = "refill"
     title: ClassVar[str] = "refill"
     requires: ClassVar[tuple[str, ...]] = ("density", "container", "heat")
+    in_guest: ClassVar[bool] = False
     auto_rule: ClassVar[Rule] = Rule(
         lambda facts, chosen: chosen["venting"].mode == "remove",
         "vented liquid is to be replaced", "the lid returns vented bubbles as liquid", after=("venting",))

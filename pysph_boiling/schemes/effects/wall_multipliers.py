@@ -23,6 +23,7 @@ class WallMultipliers(Effect):
     slot: ClassVar[str] = "wall_multipliers"
     title: ClassVar[str] = "multipliers of walls"
     requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
 
     def wall_properties(self, scene):
         return (Property("wall_lmbda", "m^2", "Lagrange multiplier per mass, the mean of those of the fluid near it"),

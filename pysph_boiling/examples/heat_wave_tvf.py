@@ -1,16 +1,16 @@
-"""PySPH's TVF scheme, unmodified, with our heat equations: the same wave as in reuse_wcsph.
+"""PySPH's TVF scheme, unmodified, with our heat equations: the same wave as in heat_wave.
 
-Equations   TVFScheme of PySPH (transport velocity, quintic spline); conduction as in ``reuse_wcsph``.
+Equations   TVFScheme of PySPH (transport velocity, quintic spline); conduction as in ``heat_wave``.
 Source      a Fourier mode of the heat equation in a periodic box that is carried along at a uniform velocity.
 Run time    about 5 s on two cores (2-D, 480 particles); the first run also compiles for about 25 s.
-Command     pysph-boiling run reuse_tvf
+Command     pysph-boiling run heat_wave_tvf
 """
 from pysph.sph.scheme import TVFScheme
 
-from pysph_boiling.examples.reuse_wcsph import C_0, SPACING, WATER, ReuseWCSPH
+from pysph_boiling.examples.heat_wave import C_0, SPACING, WATER, HeatWave
 
 
-class ReuseTVF(ReuseWCSPH):
+class HeatWaveTVF(HeatWave):
     """The scene of this module. Only the scheme differs; the heat equations and their properties are the same."""
 
     hdx = 1.0  # the usual value for TVF; with the quintic spline the Laplacian hardly depends on it
@@ -22,4 +22,4 @@ class ReuseTVF(ReuseWCSPH):
 
 
 if __name__ == "__main__":
-    ReuseTVF().run()
+    HeatWaveTVF().run()
