@@ -1,17 +1,24 @@
-"""Threads and MPI ranks: time of a step, data exchanged between ranks, and an estimate for up to 1e8 particles.
+"""Threads and MPI ranks: time of a step, data exchanged, memory of a rank, and an estimate for up to 1e9 particles.
 
-    python benchmarks/scaling.py [--quick] [--json FILE]
+    python benchmarks/scaling.py [--quick] [--memory] [--json FILE]
 
 The dam break (3-D) runs on one core, with threads on all cores, and with one MPI rank per core, in turn and several
-times; times are medians. It needs ``make setup-mpi``. The estimate takes the bytes per ghost from the runs, and
-everything else from geometry.
+times; times are medians. For weak scaling, one core has its share of the particles alone. ``--memory`` instead starts a
+vessel of a million particles on 1, 2 and 4 ranks, and prints the largest memory of a rank. It needs ``make setup-mpi``.
+
+The estimate is on paper. A step takes (work of a particle) x (particles of a rank) + (cost of a ghost) x ghosts +
+(collective operations) x (latency of one) x log2(ranks). The first and the second are fitted to the runs, the number of
+operations is counted in them, the latency is measured between the ranks of this machine, and ghosts follow from
+geometry. A network has a higher latency: the table shows what 5 us would make of it.
 
 The exit status is 1 unless ranks and threads have the same number of particles, and ranks take at most 0.8 of the time
 of one core.
 """
 import argparse
 import json
+import math
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -28,57 +35,115 @@ from pysph_boiling.threads import variables
 
 FASTER = 0.8
 LAYER = 2.4  # spacings: particles nearer than the support to those of another rank are its ghosts
-SIZES = ((1e6, 10), (1e7, 100), (1e8, 1000))  # particles, ranks
+SIZES = ((1e6, 10), (1e7, 100), (1e8, 1000), (1e9, 1000))  # particles, ranks
+NETWORK = 5e-6  # s, latency of a collective operation between two nodes, as networks of clusters have it
+A_MILLION = ("--width", "100", "--fill", "100", "--sites", "9", "--frame", "10")  # of steady_boiling
 VAPOUR, BUBBLE = 0.1, 20  # share of the particles, particles in a bubble: a vessel in full boil
 SUMS = 30  # collectives of one number a bubble, in a step: three per label, condensation, pooling, oscillation, results
 SILENT = ("--no-pictures", "--pfreq", "100000")  # a step, not its output
 PROPERTIES = 75  # of a particle, with every effect; 8 bytes each
 
 
-def run(ranks, threads, steps, spacing):
+def run(ranks, threads, *options, scene="dam_break"):
     """One run in a process of its own: its ``run.json``."""
     with tempfile.TemporaryDirectory() as folder:
-        root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
-        launcher = ["mpirun", *root, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
         openmp = "--openmp" if threads > 1 else "--no-openmp"
         run_job(Job(name=f"{ranks} ranks", environment=variables(threads), command=(
-            *launcher, sys.executable, "-m", "pysph_boiling", "run", "dam_break", "--dim", "3", "--spacing",
-            str(spacing), "--max-steps", str(steps), "--density.settle", "0", *SILENT, openmp, "-d", folder),
-            log=Path(folder) / "log.txt")).result()
+            *launcher(ranks), sys.executable, "-m", "pysph_boiling", "run", scene, *options, *SILENT, openmp, "-d",
+            folder), log=Path(folder) / "log.txt")).result()
         return json.loads((Path(folder) / "run.json").read_text())
 
 
-def model(ghost, refreshed):
-    """What a step costs at the sizes of ``SIZES``; ``ghost`` and ``refreshed`` are bytes per ghost and step."""
+def launcher(ranks):
+    """The command that starts a program on so many ranks; empty for one."""
+    root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    return ["mpirun", *root, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+
+
+def dam_break(steps, spacing):
+    """Options of the dam break."""
+    return ("--dim", "3", "--spacing", str(spacing), "--max-steps", str(steps), "--density.settle", "0")
+
+
+def seconds_a_step(row):
+    """Wall time of a step of a run [s]."""
+    return row["timed"]["seconds"] / row["timed"]["steps"]
+
+
+def latency(ranks, repeats=2000):
+    """Time of a sum of one number over the ranks of this machine [s]."""
+    code = ("from mpi4py import MPI; from time import perf_counter; c = MPI.COMM_WORLD; c.allreduce(1.0); "
+            f"t = perf_counter(); [c.allreduce(1.0) for _ in range({repeats})]; "
+            f"print((perf_counter() - t) / {repeats}) if c.rank == 0 else None")
+    done = subprocess.run([*launcher(ranks), sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return float(done.stdout)
+
+
+def ghosts_of(own):
+    """Ghosts of a rank that owns a cube of so many particles."""
+    side = own ** (1.0 / 3.0)
+    return (side + 2.0 * LAYER) ** 3 - side**3
+
+
+def model(refreshed, work, ghost, collectives, wait):
+    """What a step costs at the sizes of ``SIZES``.
+
+    ``refreshed`` [B] is sent for a ghost in a step besides its copy, ``work`` [s] is the time of a particle and
+    ``ghost`` [s] that of a ghost, ``collectives`` [-] the operations in a step, each of which takes ``wait`` [s]
+    between two ranks.
+    """
     rows = []
     for particles, ranks in SIZES:
-        side = (particles / ranks) ** (1.0 / 3.0)
-        ghosts = (side + 2.0 * LAYER) ** 3 - side**3
+        own = particles / ranks
+        side, ghosts = own ** (1.0 / 3.0), ghosts_of(own)
         bubbles = particles * VAPOUR / BUBBLE
         pairs = 6.0 * side**2 * VAPOUR / BUBBLE ** (2.0 / 3.0)  # bubbles that lie across the faces of a rank
+        depth = math.log2(ranks)
+        parts = dict(work=work * own, ghosts=ghost * ghosts, waiting=collectives * wait * depth,
+                     network=collectives * NETWORK * depth)
         rows.append(dict(
-            particles=particles, ranks=ranks, own=particles / ranks, ghosts=ghosts,
-            exchange=ghosts * (ghost + refreshed),
-            labels=8.0 * pairs * ranks, sums=8.0 * bubbles * SUMS, start=8.0 * PROPERTIES * particles))
+            particles=particles, ranks=ranks, own=own, ghosts=ghosts,
+            exchange=ghosts * (8.0 * PROPERTIES + refreshed), labels=8.0 * pairs * ranks,
+            sums=8.0 * bubbles * SUMS, start=8.0 * PROPERTIES * own, seconds=parts,
+            efficiency=parts["work"] / (parts["work"] + parts["ghosts"] + parts["network"])))
     return rows
+
+
+def memory(console, quick):
+    """Print and return the largest memory of a rank at the start [B], on 1, 2 and 4 ranks."""
+    options = ("--width", "40", "--fill", "40", *A_MILLION[4:]) if quick else A_MILLION
+    rows = {ranks: run(ranks, 1, *options, "--max-steps", "1", "--density.settle", "0", scene="steady_boiling")
+            for ranks in (1, 2, 4)}
+    peaks = {ranks: max(row["peak_memory"]["value"]) for ranks, row in rows.items()}
+    show(console, ("ranks", "largest memory of a rank [GB]", "relative to one rank"),
+         [(str(ranks), f"{peak / 1e9:.2f}", f"{peak / peaks[1]:.2f}") for ranks, peak in peaks.items()],
+         title=f"steady_boiling, {rows[1]['particles']}")
+    return peaks
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     add_report_options(parser, quick="fewer particles and steps", report=None)
+    parser.add_argument("--memory", action="store_true", help="measure the memory of a rank at the start instead")
     options = parser.parse_args()
     console, cores = Console(width=140), max(2, os.cpu_count() or 2)
     console.print(machine.load())
+    if options.memory:
+        peaks = memory(console, options.quick)
+        if options.json:
+            write_json(options.json, {"peak_memory": peaks})
+        return 0 if peaks[4] < peaks[2] < peaks[1] else 1
     steps, spacing, rounds = (10, 0.04, 1) if options.quick else (60, 0.02, 5)
     layouts = [(1, 1), (1, cores), (cores, 1)]
-    found = {layout: [] for layout in layouts}
+    found, shares = {layout: [] for layout in layouts}, []
     for ranks, threads in layouts:
-        run(ranks, threads, 1, spacing)  # compiles
+        run(ranks, threads, *dam_break(1, spacing))  # compiles
     for _ in range(rounds):
         for layout in layouts:
-            found[layout].append(run(*layout, steps, spacing))
-    time = {layout: float(np.median([row["timed"]["seconds"] / row["timed"]["steps"] for row in rows]))
-            for layout, rows in found.items()}
+            found[layout].append(run(*layout, *dam_break(steps, spacing)))
+        shares.append(run(1, 1, *dam_break(steps, spacing * cores ** (1.0 / 3.0))))
+    time = {layout: float(np.median(list(map(seconds_a_step, rows)))) for layout, rows in found.items()}
+    alone = float(np.median(list(map(seconds_a_step, shares))))
     last = {layout: rows[-1] for layout, rows in found.items()}
     show(console, ("ranks", "threads", "ms a step", "of one core's"),
          [(str(ranks), str(threads), f"{1e3 * seconds:.1f}", f"{seconds / time[1, 1]:.2f}")
@@ -89,12 +154,26 @@ def main():
     console.print(f"{cores} ranks: {talk['exported'] / searches:.0f} ghosts, {talk['copied'] / searches / 1e6:.2f} MB "
                   f"to make and {talk['refreshed'] / searches / 1e6:.2f} MB to refresh them in a step: {ghost:.0f} and "
                   f"{refreshed:.0f} bytes a ghost")
-    rows = model(8.0 * PROPERTIES, refreshed)
+    one, many = (last[layout]["particles"]["fluid"] for layout in ((1, 1), (cores, 1)))
+    few = shares[-1]["particles"]["fluid"]
+    console.print(f"weak scaling: one core takes {1e3 * alone:.1f} ms for its share of {few} particles alone, "
+                  f"{cores} ranks take {1e3 * time[cores, 1]:.1f} ms for {many}: efficiency "
+                  f"{alone * many / cores / few / time[cores, 1]:.2f}")
+    wait, work = latency(cores), time[1, 1] / one
+    operations = talk["collectives"] / searches
+    spent = time[cores, 1] - work * many / cores - operations * wait
+    ghost_time = max(spent, 0.0) / (talk["exported"] / searches / cores)
+    console.print(f"fitted: {1e6 * work:.2f} us a particle, {1e6 * ghost_time:.2f} us a ghost; {operations:.0f} "
+                  f"collective operations a step, {1e6 * wait:.1f} us each between {cores} ranks of this machine")
+    rows = model(refreshed, work, ghost_time, operations, wait)
     show(console, ("particles", "ranks", "own", "ghosts", "ghosts, MB a step and rank", "labels, MB gathered by each",
-                   "sums over bubbles, MB through each", "start, GB on each"),
+                   "sums over bubbles, MB through each", "start, GB on each", "work, ms", "ghosts, ms", "waiting, ms",
+                   "at 5 us, ms", "efficiency"),
          [(f"{row['particles']:.0e}", f"{row['ranks']}", f"{row['own']:.0f}", f"{row['ghosts']:.0f}",
            f"{row['exchange'] / 1e6:.0f}", f"{row['labels'] / 1e6:.2f}", f"{row['sums'] / 1e6:.0f}",
-           f"{row['start'] / 1e9:.1f}") for row in rows], title="on paper, 3-D, every effect")
+           f"{row['start'] / 1e9:.1f}", *(f"{1e3 * row['seconds'][name]:.1f}" for name in (
+               "work", "ghosts", "waiting", "network")), f"{row['efficiency']:.2f}") for row in rows],
+         title="on paper, 3-D: bytes with every effect, times as in the dam break")
     same = last[1, 1]["particles"] == last[cores, 1]["particles"]
     ratio = time[cores, 1] / time[1, 1]
     holds = same and ratio <= FASTER
@@ -103,7 +182,8 @@ def main():
     if options.json:
         write_json(options.json, dict(
             seconds={f"{ranks}x{threads}": seconds for (ranks, threads), seconds in time.items()},
-            ghost_bytes=ghost, refreshed_bytes=refreshed, model=rows, ratio=ratio))
+            ghost_bytes=ghost, refreshed_bytes=refreshed, model=rows, ratio=ratio, share_alone=alone,
+            work=work, ghost=ghost_time, collectives=operations, latency=wait))
     return 0 if holds else 1
 
 

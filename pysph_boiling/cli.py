@@ -110,8 +110,7 @@ def run(arguments):
 
     app = scene_class(name)()
     if app.num_procs > 1 and not isinstance(app, SceneApplication):
-        raise ValueError(f"{name} uses a scheme of PySPH in a periodic domain, which PySPH does not support on "
-                         "several MPI ranks: run it on one rank")
+        raise ValueError(f"{name} uses a scheme of PySPH, which we do not run on several MPI ranks: run it on one")
     app.arg_parse.prog = f"pysph-boiling run {name}"
     with checked():
         app.run(openmp_arguments(rest, app.num_procs) + rest)

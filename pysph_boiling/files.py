@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["Manifest", "last_output", "npz", "output_files", "read_output", "whole"]
+__all__ = ["Manifest", "last_output", "npz", "output_files", "part_of", "read_output", "whole"]
 
 PARTICLES = re.compile(r"(.+)_(\d+)\.hdf5")  # name of a particle file of PySPH: that of the run, and the step
+PART = re.compile(r"(.+_(\d+))\.rank\d{4,}\.h5")  # name of a file with the particles of one rank
 # The first line of a list, by which it is recognised: lists of earlier versions begin with it too.
 FIRST_LINE = "# What pysph_boiling wrote in this folder. Nothing else here is ever replaced or removed.\n"
 
@@ -141,9 +142,14 @@ def run_record(folder):
     return record if isinstance(record, dict) else {}
 
 
+def part_of(path, rank):
+    """Path of the file with the particles of one rank, next to the particle file ``path`` that joins them."""
+    return path.with_name(f"{path.stem}.rank{rank:04d}.h5")
+
+
 def step_of(name):
-    """Number of the step in the name of a particle file; -1 for any other name."""
-    found = PARTICLES.fullmatch(Path(name).name)
+    """Number of the step in the name of a particle file, or of a rank's part of it; -1 for any other name."""
+    found = PARTICLES.fullmatch(Path(name).name) or PART.fullmatch(Path(name).name)
     return int(found[2]) if found else -1
 
 
@@ -197,16 +203,50 @@ def check_output(file):
         raise FileNotFoundError(f"there is no particle file {file}")
     try:
         with h5py.File(file, "r") as opened:
-            problem = foreign(opened)
+            problem = foreign(opened) or next(filter(None, map(foreign_part, parts_of(opened))), None)
     except (OSError, RuntimeError, KeyError) as error:
         raise ValueError(f"{file} is not a complete HDF5 file: {str(error).splitlines()[0]}") from None
     if problem:
         raise ValueError(f"{file} is not a particle file of PySPH: {problem}")
 
 
-def foreign(opened):
-    """The first difference between an open HDF5 file and one that PySPH writes, as text, or ``None``."""
+def parts_of(opened):
+    """Paths of the files of single ranks that an open HDF5 file joins, sorted."""
     import h5py
+
+    found = set()
+
+    def look(_, member):
+        if isinstance(member, h5py.Dataset) and member.is_virtual:
+            found.update(source.file_name for source in member.virtual_sources())
+
+    opened.visititems(look)
+    return sorted(Path(opened.filename).parent / name for name in found)
+
+
+def foreign_part(path):
+    """The first difference between the file of a rank and one that PySPH writes, as text, or ``None``."""
+    import h5py
+
+    if not path.is_file():  # HDF5 itself would read zeros
+        return f"the file {path.name} with the particles of one rank is missing"
+    with h5py.File(path, "r") as opened:
+        problem = foreign(opened, joins=False)
+    return problem and f"{path.name}: {problem}"
+
+
+def foreign(opened, joins=True):
+    """The first difference between an open HDF5 file and one that PySPH writes, as text, or ``None``.
+
+    If it ``joins`` the files of several ranks, its arrays may be stored in these, which lie in the same folder.
+    """
+    import h5py
+
+    def is_part(member):
+        stem = Path(opened.filename).stem
+        return joins and not member.external and all(
+            (found := PART.fullmatch(source.file_name)) and found[1] == stem and source.dset_name == member.name
+            for source in member.virtual_sources())
 
     def walk(group):
         for name in group:
@@ -216,7 +256,7 @@ def foreign(opened):
             member = group[name]
             if isinstance(member, h5py.Group):
                 yield from walk(member)
-            elif member.external or member.is_virtual:
+            elif member.external or (member.is_virtual and not is_part(member)):
                 yield f"'{member.name}' is stored in another file"
             elif member.dtype.kind not in "iufb" or member.ndim != 1:
                 yield f"'{member.name}' is not a one-dimensional array of numbers"

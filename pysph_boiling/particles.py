@@ -27,13 +27,14 @@ from pysph_boiling.names import whole_number
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "ROUGHNESS", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume",
     "box_vessel", "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density",
-    "positions", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
+    "positions", "rows", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
 ]
 
 ROUGHNESS = 0.3  # spacings: displacement of the particles of rough walls, at which a pool has no layers along them
 MAX_JITTER = 0.45  # spacings; wall particles stay half a spacing from the face, less this
 ROUGH_SHARE = 0.85  # of the Akinci mass; with it the level over rough walls is 0.2 % off in still water (2-D and 3-D)
 SITES_APART = 0.7  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
+CHUNK = 1 << 20  # places of a lattice that are looked at together
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
 
 
@@ -119,6 +120,13 @@ def number(pa):
         pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
 
 
+def rows(pa, which):
+    """A new array with the particles of ``pa`` in the slice ``which``, in the same order, and its constants."""
+    made = pa.extract_particles(np.arange(pa.get_number_of_particles())[which])
+    made.set_output_arrays(pa.output_property_arrays)
+    return made
+
+
 def _check_points(name, points, spacing):
     points = np.asarray(points, dtype=float)
     if not np.isfinite(spacing) or spacing <= 0.0:
@@ -147,29 +155,52 @@ def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
 
     Errors: ``ValueError`` for no points, points that are not finite, or a spacing or density that is not positive.
     """
-    points = _check_points(name, points, spacing)
+    return _fluid(_check_points(name, points, spacing), 0, spacing=spacing, dim=dim, rho0=rho0, hdx=hdx, name=name)
+
+
+def _fluid(points, first, *, spacing, dim, rho0, hdx, name):
+    """A fluid array at positions (n, 3) [m], whose particles are numbered from ``first`` on."""
     if not rho0 > 0.0:
         raise ValueError(f"rho0 must be > 0 kg/m^3, got {rho0}")
     x, y, z = points.T
-    pa = _host_array(name=name, x=x, y=y, z=z, m=rho0 * spacing**dim, h=hdx * spacing, rho=rho0)
-    pa.add_property("uid", type="unsigned int", data=np.arange(len(x), dtype=np.uint32))
+    pa = _host_array(name=name, x=x, y=y, z=z, **{prop: np.full(len(x), float(value)) for prop, value in (
+        ("m", rho0 * spacing**dim), ("h", hdx * spacing), ("rho", rho0))})  # of an empty part, too
+    pa.add_property("uid", type="unsigned int", data=np.arange(first, first + len(x), dtype=np.uint32))
     return pa
 
 
-def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitter=0.0, seed=0, inside=None):
+def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitter=0.0, seed=0, inside=None,
+                part=(0, 1)):
     """A fluid array on a cubic lattice that fills the box ``lower`` .. ``upper`` [m] (in 2-D only x and y count).
 
     ``jitter`` is the amplitude of a uniform random displacement, in spacings, drawn from ``seed``. If given,
-    ``inside(points)`` takes the positions (n, 3) [m] and returns a mask (n,) of those to keep.
+    ``inside(points)`` takes the positions (n, 3) [m] and returns a mask (n,) of those to keep. ``part`` = (k, n) makes
+    only the k-th of n parts of the lattice, whose particles have the places and the numbers (``uid``) that they have in
+    the whole block; it may be empty.
+
+    Errors: ``ValueError`` for a box without a particle, or a spacing or density that is not positive.
     """
     axes = [_lattice(lower[k], upper[k], spacing) for k in range(dim)]
-    points = np.zeros((int(np.prod([len(a) for a in axes])), 3))
-    points[:, :dim] = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, dim)
-    if inside is not None:
-        points = points[inside(points)]
+    shape, (number, of) = tuple(map(len, axes)), part
+    total = int(np.prod(shape))
+
+    def lattice(first, last):
+        points = np.zeros((last - first, 3))
+        for k, index in enumerate(np.unravel_index(np.arange(first, last), shape)):
+            points[:, k] = axes[k][index]
+        return points if inside is None else points[inside(points)]
+
+    first, last = total * number // of, total * (number + 1) // of
+    points = lattice(first, last)
+    before = first if inside is None else sum(
+        len(lattice(at, min(at + CHUNK, first))) for at in range(0, first, CHUNK))
     if jitter:
-        points[:, :dim] += jitter * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, (len(points), dim))
-    return fluid_array(points, spacing=spacing, dim=dim, rho0=rho0, hdx=hdx, name=name)
+        random = np.random.default_rng(seed)
+        random.bit_generator.advance(before * dim)  # one number each
+        points[:, :dim] += jitter * spacing * random.uniform(-1.0, 1.0, (len(points), dim))
+    if of == 1:
+        _check_points(name, points, spacing)
+    return _fluid(points, before, spacing=spacing, dim=dim, rho0=rho0, hdx=hdx, name=name)
 
 
 def _lattice(lower, upper, spacing):

@@ -4,47 +4,63 @@ from math import sqrt
 from compyle.api import declare
 from pysph.sph.equation import Equation
 
+from pysph_boiling.equations.helpers import boiling_cohesion
+
 __all__ = ["BubbleCohesion", "BubbleCohesionForce", "BubbleCohesionMove", "BubbleCohesionStart", "BubbleSiteAdhesion"]
 
 
-class BubbleCohesionForce(Equation):
-    r"""Cohesion between vapour particles as an acceleration, for schemes that integrate forces.
+class BubbleCohesion(Equation):
+    r"""Cohesion between vapour particles, solved in the density sweeps together with the density constraint.
 
-    A pair attracts, and repels when it is close.
+    A pair attracts, and repels when it is close. The displacement c_i that the force causes in a step belongs to the
+    positions at its end, c_i = dt^2 a_i(x) (backward Euler). Each density sweep makes one damped Jacobi iteration of
+    that, from the positions x^k at which it also sums the density, and moves by both corrections:
 
-    .. math::  a_i = -\theta\, a_c \sum_j \frac{2 m_j}{m_i + m_j} C(r_{ij}/R)\, \hat{x}_{ij}, \qquad
+    .. math::  a_i = -a_c \sum_j \frac{2 m_j}{m_i + m_j} C(r_{ij}/R)\, \hat{x}_{ij}, \qquad
                C(q) = \begin{cases} 2\cdot 64 (1-q)^3 q^3 - 1 & q \le 1/2 \\ 64 (1-q)^3 q^3 & 1/2 < q < 1 \end{cases}
 
-    .. math::  \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
+    .. math::  p_i = \theta\,(\Delta t^2 a_i(x^k) - c_i), \quad c_i \leftarrow c_i + p_i, \quad
+               x_i^{k+1} = x_i^k + p_i + \omega\,\Delta x_i, \qquad \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
 
-    theta limits the force in steps that are too long for it. As it is the same for all, the sum over pairs conserves
-    momentum.
+    A step begins with part of the c of the last one (:class:`BubbleCohesionStart`). As theta is the same for all, every
+    p is a sum over pairs, which conserves momentum after any number of sweeps. kappa a_c is about half the stiffest
+    eigenvalue of the forces in a dense bubble, so the iteration converges for any time step.
 
     Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1; the paper, section 4.2.1, mentions surface
-    tension without a formula. Differs: theta is ours.
+    tension without a formula. Differs: implicit; the iteration is ours.
 
     Parameters
     ----------
     strength : float           a_c [m/s^2], >= 0.
     radius : float             Range R [m], > 0, at most the support of the kernel.
     stiffness : float          kappa [1/m], >= 0.
+    max_displacement : float   Largest p of one sweep [m], > 0.
 
-    Reads    d_phase, s_phase, d_m, s_m [kg], positions, the time step.
-    Writes   d_pull_x .. d_pull_z (a without theta), d_au .. d_aw [m/s^2], own index only.
-    Errors   ValueError if a parameter is out of range.
+    Reads    d_phase, s_phase, d_m, s_m [kg], positions, d_pull_start_x .. d_pull_start_z (the c with which the step
+    began over dt^2) [m/s^2], constant ``prior`` [-], the time step.
+    Writes   d_pull_x .. d_pull_z (p) [m], d_pulled_x .. d_pulled_z (c without that part) [m], d_limited, own index
+    only.   Needs   :class:`BubbleCohesionStart` between two steps.
+    Errors   ValueError if a parameter is out of range.   Limits   A limited p does not conserve momentum. In passes of
+    the sweeps that the velocity does not feel (``prior``), there is no cohesion.
     """
 
-    def __init__(self, dest, sources, strength, radius, stiffness):
+    def __init__(self, dest, sources, strength, radius, stiffness, max_displacement):
         if not strength >= 0.0:
             raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
         if not radius > 0.0:
             raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
         if not stiffness >= 0.0:
             raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+        if not max_displacement > 0.0:
+            raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
         self.strength = float(strength)
         self.radius = float(radius)
         self.stiffness = float(stiffness)
+        self.max_displacement = float(max_displacement)
         super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_cohesion]
 
     def initialize(self, d_idx, d_pull_x, d_pull_y, d_pull_z):
         d_pull_x[d_idx] = 0.0
@@ -64,57 +80,12 @@ class BubbleCohesionForce(Equation):
                     rz = d_z[d_idx] - s_z[s_idx]
                     r = sqrt(rx*rx + ry*ry + rz*rz)
                     if r < self.radius:
-                        q = r / self.radius
-                        f = 64.0 * (1.0-q)*(1.0-q)*(1.0-q) * q*q*q
-                        if q <= 0.5:
-                            f = 2.0*f - 1.0
+                        f = boiling_cohesion(r / self.radius)
                         f = self.strength * f * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
                         f = f / max(r, 1e-6*self.radius)
                         d_pull_x[d_idx] -= f * rx
                         d_pull_y[d_idx] -= f * ry
                         d_pull_z[d_idx] -= f * rz
-
-    def post_loop(self, d_idx, d_pull_x, d_pull_y, d_pull_z, d_au, d_av, d_aw, dt):
-        f = 1.0 / (1.0 + self.stiffness*self.strength*dt*dt)
-        d_au[d_idx] += f * d_pull_x[d_idx]
-        d_av[d_idx] += f * d_pull_y[d_idx]
-        d_aw[d_idx] += f * d_pull_z[d_idx]
-
-
-class BubbleCohesion(BubbleCohesionForce):
-    r"""Cohesion between vapour particles, solved in the density sweeps together with the density constraint.
-
-    The displacement c_i that the acceleration a_i of :class:`BubbleCohesionForce` causes in a step belongs to the
-    positions at its end, c_i = dt^2 a_i(x) (backward Euler). Each density sweep makes one damped Jacobi iteration of
-    that, from the positions x^k at which it also sums the density, and moves by both corrections:
-
-    .. math::  p_i = \theta\,(\Delta t^2 a_i(x^k) - c_i), \quad c_i \leftarrow c_i + p_i, \quad
-               x_i^{k+1} = x_i^k + p_i + \omega\,\Delta x_i, \qquad \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
-
-    A step begins with part of the c of the last one (:class:`BubbleCohesionStart`). As theta is the same for all, every
-    p is a sum over pairs, which conserves momentum after any number of sweeps. kappa a_c is about half the stiffest
-    eigenvalue of the forces in a dense bubble, so the iteration converges for any time step.
-
-    Source: ours, with the force of Akinci, Akinci & Teschner 2013.
-
-    Parameters
-    ----------
-    strength, radius, stiffness : float   As :class:`BubbleCohesionForce`.
-    max_displacement : float              Largest p of one sweep [m], > 0.
-
-    Reads    d_phase, s_phase, d_m, s_m [kg], positions, d_pull_start_x .. d_pull_start_z (the c with which the step
-    began over dt^2) [m/s^2], constant ``prior`` [-], the time step.
-    Writes   d_pull_x .. d_pull_z (p) [m], d_pulled_x .. d_pulled_z (c without that part) [m], d_limited, own index
-    only.   Needs   :class:`BubbleCohesionStart` between two steps.
-    Errors   ValueError if a parameter is out of range.   Limits   A limited p does not conserve momentum. In passes of
-    the sweeps that the velocity does not feel (``prior``), there is no cohesion.
-    """
-
-    def __init__(self, dest, sources, strength, radius, stiffness, max_displacement):
-        if not max_displacement > 0.0:
-            raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
-        self.max_displacement = float(max_displacement)
-        super().__init__(dest, sources, strength, radius, stiffness)
 
     def post_loop(self, d_idx, d_phase, d_pull_x, d_pull_y, d_pull_z, d_pulled_x, d_pulled_y, d_pulled_z,
                   d_pull_start_x, d_pull_start_y, d_pull_start_z, d_limited, d_prior, dt):
@@ -134,6 +105,63 @@ class BubbleCohesion(BubbleCohesionForce):
             d_pulled_x[d_idx] += f * px
             d_pulled_y[d_idx] += f * py
             d_pulled_z[d_idx] += f * pz
+
+
+class BubbleCohesionForce(Equation):
+    r"""Cohesion between vapour particles as an acceleration, for schemes that integrate forces.
+
+    .. math::  a_i = -\theta\, a_c \sum_j \frac{2 m_j}{m_i + m_j} C(r_{ij}/R)\, \hat{x}_{ij}, \qquad
+               \theta = \frac{1}{1 + \kappa\, a_c\, \Delta t^2}
+
+    C is that of :class:`BubbleCohesion`. theta limits the force in steps that are too long for it. As it is the same
+    for all, the sum over pairs conserves momentum.
+
+    Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1. Differs: theta is ours.
+
+    Parameters
+    ----------
+    strength : float    a_c [m/s^2], >= 0.
+    radius : float      Range R [m], > 0, at most the support of the kernel.
+    stiffness : float   kappa [1/m], >= 0.
+
+    Reads    d_phase, s_phase, d_m, s_m [kg], positions, the time step.   Writes   d_au, d_av, d_aw [m/s^2], own index
+    only.   Errors   ValueError if a parameter is out of range.
+    """
+
+    def __init__(self, dest, sources, strength, radius, stiffness):
+        if not strength >= 0.0:
+            raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
+        if not radius > 0.0:
+            raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
+        if not stiffness >= 0.0:
+            raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+        self.strength = float(strength)
+        self.radius = float(radius)
+        self.stiffness = float(stiffness)
+        super().__init__(dest, sources)
+
+    def _get_helpers_(self):
+        return [boiling_cohesion]
+
+    def loop_all(self, d_idx, d_phase, s_phase, d_m, s_m, d_au, d_av, d_aw, d_x, d_y, d_z, s_x, s_y, s_z, dt, NBRS,
+                 N_NBRS):
+        i = declare('int')
+        s_idx = declare('long')
+        if d_phase[d_idx] == 3:
+            most = self.strength / (1.0 + self.stiffness*self.strength*dt*dt)
+            for i in range(N_NBRS):
+                s_idx = NBRS[i]
+                if s_phase[s_idx] == 3:
+                    rx = d_x[d_idx] - s_x[s_idx]
+                    ry = d_y[d_idx] - s_y[s_idx]
+                    rz = d_z[d_idx] - s_z[s_idx]
+                    r = sqrt(rx*rx + ry*ry + rz*rz)
+                    if r < self.radius:
+                        f = most * boiling_cohesion(r / self.radius) * 2.0*s_m[s_idx] / (d_m[d_idx] + s_m[s_idx])
+                        f = f / max(r, 1e-6*self.radius)
+                        d_au[d_idx] -= f * rx
+                        d_av[d_idx] -= f * ry
+                        d_aw[d_idx] -= f * rz
 
 
 class BubbleCohesionMove(Equation):

@@ -8,8 +8,8 @@ vectorise the loops over neighbours; :func:`kernel_coefficients` has the kernels
 from compyle.api import declare
 
 __all__ = [
-    "boiling_capacity", "boiling_kernel", "boiling_kernel_slope", "boiling_temperature", "boiling_uniform",
-    "kernel_coefficients",
+    "boiling_capacity", "boiling_cohesion", "boiling_kernel", "boiling_kernel_slope", "boiling_temperature",
+    "boiling_uniform", "kernel_coefficients",
 ]
 
 
@@ -38,6 +38,17 @@ def boiling_kernel_slope(q=0.0, c3=0.0, c4=0.0, c5=0.0, c1=0.0):
     t = max(2.0 - q, 0.0)
     u = max(1.0 - q, 0.0)
     return -(t*t * (3.0*c3 + t*(4.0*c4 + t*5.0*c5)) + 3.0*c1*u*u) / max(q, 1e-9)
+
+
+def boiling_cohesion(q=0.0):
+    """Cohesion of a pair at distance q in units of its range, 0 to 1: attraction up to 1, repulsion below about 0.27.
+
+    Source: Akinci, Akinci & Teschner 2013, eq. 2, normalised to a peak of 1.
+    """
+    f = 64.0 * (1.0-q)*(1.0-q)*(1.0-q) * q*q*q
+    if q <= 0.5:
+        f = 2.0*f - 1.0
+    return f
 
 
 def boiling_capacity(held=0.0, L=1.0, c_l=1.0, c_v=1.0):

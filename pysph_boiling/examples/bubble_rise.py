@@ -16,6 +16,7 @@ import numpy as np
 from pysph_boiling.analysis.shapes import fall, history, largest
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, base_heater, upright_box
@@ -113,7 +114,7 @@ class BubbleRise(SceneApplication):
         corner = list(upper)
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
-        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common)
+        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, part=self.ranks_part, **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=float(p.base_superheat > 0.0), **common)
         return [fluid, wall]
 
@@ -132,7 +133,7 @@ class BubbleRise(SceneApplication):
             centre = [x, height] if p.dim == 2 else [x, 0.0, height]
             inside = np.linalg.norm(place - centre, axis=1) < 0.5 * diameter
             fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
-            fluid.bubble[inside] = fluid.uid[inside].min()
+            fluid.bubble[inside] = -ranks.largest(-int(fluid.uid[inside].min(initial=NO_BUBBLE)))
 
     def measure(self, arrays, t):
         return largest(arrays["fluid"], t, self.parameters.dim, WATER_1ATM.rho_l) if "bubbles" in self.scheme.effects \

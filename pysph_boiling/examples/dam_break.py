@@ -58,7 +58,8 @@ class DamBreak(SceneApplication):
         corner = list(upper)
         corner[0], corner[p.dim - 1] = p.width, 2.0 * p.width
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
-        return [fluid_block(lower, corner, **common), box_vessel(lower, upper, kernel=scheme.kernel, **common)]
+        return [fluid_block(lower, corner, part=self.ranks_part, **common),
+                box_vessel(lower, upper, kernel=scheme.kernel, **common)]
 
     def measure(self, arrays, t):
         return t, float(np.max(arrays["fluid"].x))

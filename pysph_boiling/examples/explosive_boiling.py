@@ -113,7 +113,7 @@ class ExplosiveBoiling(SceneApplication):
         corner = list(upper)
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
-        return [fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common),
+        return [fluid_block(lower, corner, jitter=0.01, seed=p.seed, part=self.ranks_part, **common),
                 box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=float(p.base_superheat > 0.0),
                            jitter=scheme.wall_jitter, **common)]
 

@@ -97,7 +97,8 @@ class Geyser(ExplosiveBoiling):
         corner = list(upper)
         corner[p.dim - 1] = surface
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
-        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, inside=lambda at: self.inside(at, p), **common)
+        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, part=self.ranks_part,
+                            inside=lambda at: self.inside(at, p), **common)
         return [fluid, self.rock(lower, upper, p, scheme, common)]
 
     def rock(self, lower, upper, p, scheme, common):

@@ -79,8 +79,9 @@ class RollingBoil(SteadyBoiling):
         surface = list(upper)
         surface[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, rho0=scheme.rho0, hdx=scheme.hdx)
-        fluid = fluid_block(lower, surface, dim=p.dim, jitter=0.01, seed=p.seed, inside=lambda at: np.linalg.norm(
-            at[:, :p.dim - 1], axis=1) < radius - 0.25 * p.spacing, **common)
+        fluid = fluid_block(
+            lower, surface, dim=p.dim, jitter=0.01, seed=p.seed, part=self.ranks_part, **common,
+            inside=lambda at: np.linalg.norm(at[:, :p.dim - 1], axis=1) < radius - 0.25 * p.spacing)
         vessel = dict(kernel=scheme.kernel, heated_fraction=p.heated, jitter=scheme.wall_jitter, **common)
         if p.dim == 2:
             wall = box_vessel(lower, upper, dim=2, **vessel)

@@ -120,7 +120,7 @@ class SteadyBoiling(SceneApplication):
         corner = list(upper)
         corner[p.dim - 1] = p.fill * p.spacing
         common = dict(spacing=p.spacing, dim=p.dim, rho0=scheme.rho0, hdx=scheme.hdx)
-        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, **common)
+        fluid = fluid_block(lower, corner, jitter=0.01, seed=p.seed, part=self.ranks_part, **common)
         wall = box_vessel(lower, upper, kernel=scheme.kernel, heated_fraction=p.heated, jitter=scheme.wall_jitter,
                           **common)
         middle, half = 0.5 * p.width * p.spacing, 0.5 * p.heated * p.width * p.spacing

@@ -10,12 +10,14 @@ import time
 import numpy as np
 
 __all__ = [
-    "abort", "anywhere", "first_given", "gather", "launched", "largest", "leave", "rank", "size", "total", "union",
-    "use", "wait",
+    "abort", "anywhere", "collectives", "first_given", "gather", "launched", "largest", "leave", "rank", "share",
+    "size", "total", "union", "use", "wait",
 ]
 
 _comm = None  # the communicator of a run on several ranks
-LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS")  # Open MPI; MPICH and Intel MPI; MPICH
+_calls = 0  # of collective operations, since the start of the process
+# Open MPI; MPICH and Intel MPI; MPICH; SLURM's srun. SLURM_NTASKS is also set where no process was started by srun.
+LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_NUM_TASKS")
 POLL = 0.02  # s between two tests of a waiting rank, which must leave the processor to the working ones
 
 
@@ -25,6 +27,18 @@ def use(comm):
     _comm = comm if comm is not None and comm.Get_size() > 1 else None
 
 
+def collective():
+    """The communicator for one collective operation, which is counted."""
+    global _calls
+    _calls += 1
+    return _comm
+
+
+def collectives():
+    """Number of collective operations of this module so far, each of which waits for all ranks."""
+    return _calls
+
+
 def leave():
     """Leave the communicator: from now on this rank decides for itself."""
     use(None)
@@ -32,7 +46,8 @@ def leave():
 
 def launched():
     """Number of ranks that the MPI launcher has started; 1 without a launcher."""
-    return max([1, *(int(os.environ[name]) for name in LAUNCHERS if os.environ.get(name, "").isdigit())])
+    names = [*LAUNCHERS, *(["SLURM_NTASKS"] if os.environ.get("SLURM_STEP_ID", "").isdigit() else [])]
+    return max([1, *(int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit())])
 
 
 def size():
@@ -45,9 +60,14 @@ def rank():
     return 0 if _comm is None else _comm.Get_rank()
 
 
+def share(n):
+    """The slice of ``n`` rows that this rank has at the start: the ranks share them in order, all of about one size."""
+    return slice(n * rank() // size(), n * (rank() + 1) // size())
+
+
 def total(value):
     """Sum of a number or array over the ranks, added in the same order on all of them."""
-    return value if _comm is None else _comm.allreduce(value)
+    return value if _comm is None else collective().allreduce(value)
 
 
 def largest(value):
@@ -58,7 +78,7 @@ def largest(value):
 
     own = np.array(value)
     found = np.empty_like(own)
-    _comm.Allreduce(own, found, op=MPI.MAX)
+    collective().Allreduce(own, found, op=MPI.MAX)
     return found if found.shape else found.item()
 
 
@@ -71,7 +91,7 @@ def gather(values):
     """(all, own): the rows of all ranks in the order of the ranks, and the slice of this rank's rows."""
     if _comm is None:
         return values, slice(0, len(values))
-    parts = _comm.allgather(values)
+    parts = collective().allgather(values)
     first = sum(len(part) for part in parts[:rank()])
     return np.concatenate(parts), slice(first, first + len(values))
 
@@ -89,7 +109,7 @@ def first_given(value):
     """The ``value`` of the lowest rank on which it is not ``None``; ``None`` if there is no such rank."""
     if _comm is None:
         return value
-    return next((given for given in _comm.allgather(value) if given is not None), None)
+    return next((given for given in collective().allgather(value) if given is not None), None)
 
 
 def wait():

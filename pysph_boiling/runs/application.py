@@ -24,9 +24,10 @@ from pysph.solver.application import Application
 
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.device import on_host
-from pysph_boiling.files import Manifest, last_output, output_files, run_record, step_of
+from pysph_boiling.files import Manifest, last_output, output_files, part_of, run_record, step_of
 from pysph_boiling.names import check_renamed, option
 from pysph_boiling.parallel import ranks
+from pysph_boiling.particles import number, rows
 from pysph_boiling.runs import pysph_options, safeguards
 from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
@@ -354,6 +355,13 @@ class SceneApplication(Application):
         particles, self.prepared = self.prepared, None
         return particles
 
+    def _create_particles(self, particle_factory, *args, **kw):
+        """PySPH's method, which makes all particles on the first rank; here each rank has made its own share."""
+        if self.num_procs == 1:
+            super()._create_particles(particle_factory, *args, **kw)
+        else:
+            self.particles = particle_factory(*args, **kw)
+
     def create_nnps(self):
         """Our neighbour search if ``--nnps`` names it, compiled by the first rank; ``None`` lets PySPH make its own."""
         if on_device(self.options):
@@ -375,11 +383,47 @@ class SceneApplication(Application):
         self.configure_scheme()
         particles = self.make_particles(self.parameters, self.scheme)
         widen_sites(self.scheme, particles)
+        if self.num_procs > 1:
+            particles = self.share(particles)
         self.scheme.setup_properties(particles)
         self.start({pa.name: pa for pa in particles}, self.parameters, self.scheme)
         self.scheme.check(particles)
         Ledger(self.scheme).check([pa for pa in particles if pa.name in self.scheme.fluids])
         self.prepared = particles
+
+    def share(self, particles):
+        """This rank's share of the arrays of the scene, before they get the properties that a run needs.
+
+        Scenes may make only a part of the fluid (:attr:`ranks_part`). What can only be checked on whole walls and sites
+        is checked here, and walls are weighed. Particles keep the numbers that they have on one rank. The first rank
+        has all sites, which are few.
+        """
+        scheme = self.scheme
+        scheme.give_names(particles)
+        scheme.check(particles)
+        scheme.weigh(particles)
+        scheme.shared = True
+        shares = []
+        for pa in particles:
+            if pa.name in scheme.fluids:
+                number(pa)
+                last = ranks.largest(int(pa.uid.max(initial=0)))
+                if ranks.total(pa.get_number_of_particles()) == last + 1:  # it is this rank's share already
+                    shares.append(pa)
+                    continue
+            shares.append(self.part(pa))
+        return shares
+
+    @property
+    def ranks_part(self):
+        """(number, of): which part of the fluid this rank makes at the start, for :func:`fluid_block`."""
+        return ranks.rank(), ranks.size()
+
+    def part(self, pa):
+        """This rank's share of an array."""
+        if pa.name in self.scheme.sites:
+            return rows(pa, slice(None) if ranks.rank() == 0 else slice(0))
+        return rows(pa, ranks.share(pa.get_number_of_particles()))
 
     def setup(self, argv=None):
         if argv is not None:
@@ -499,7 +543,8 @@ class SceneApplication(Application):
                 self.measurements[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
         record = self.run_record(completed)
         if ranks.rank() == 0 and not self.options.disable_output:
-            self.manifest.claim(f"{self.fname}_{self.solver.count:05d}.hdf5")
+            file = Path(f"{self.fname}_{self.solver.count:05d}.hdf5")
+            self.manifest.claim(file, *(part_of(file, rank) for rank in range(ranks.size()) if ranks.size() > 1))
             self.ledger.save()
             write_json(Path(self.output_dir) / "run.json", record)
 
@@ -683,8 +728,10 @@ class SceneApplication(Application):
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
-            "communication": {"unit": "particles, B, B", **{name: int(ranks.total(getattr(scheme.ghosts, name)))
-                                                            for name in ("exported", "copied", "refreshed")}},
+            "communication": {"unit": "particles, B, B, -", **{name: int(ranks.total(getattr(scheme.ghosts, name)))
+                                                               for name in ("exported", "copied", "refreshed")},
+                              "collectives": ranks.collectives()},
+            "peak_memory": {"unit": "B", "value": ranks.gather(np.array([peak_memory()]))[0].tolist()},
             "seed": self.parameters.seed,
             "mode": options.mode,
             "forms": self.recorded_forms,
@@ -712,6 +759,16 @@ def collect(arrays):
             for name, values in parts.items():
                 pa.get(name, only_real_particles=False)[:] = values
             pa.align_particles()
+
+
+def peak_memory():
+    """Largest memory that this process has had so far [B]; 0 where the system does not tell."""
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows
+        return 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
 
 
 def on_device(options):

@@ -151,6 +151,7 @@ class Resumed:
             stored = found.get(pa.name)
             if stored is not None:
                 use_new_names(stored)
+                stored = application.part(stored) if application.num_procs > 1 else stored
             lacks = ["all properties"] if stored is None else [
                 *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
                 *sorted(set(pa.constants) - set(stored.constants))]

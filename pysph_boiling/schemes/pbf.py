@@ -9,6 +9,7 @@ from pysph.sph.scheme import Scheme
 
 from pysph_boiling.equations.lean import PBFSweepsLean
 from pysph_boiling.names import SchemeError, current_name, option, unknown, whole_number
+from pysph_boiling.parallel import ranks
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
 from pysph_boiling.particles import (
     BASE_PROPERTIES,
@@ -86,6 +87,7 @@ class PBFScheme(Scheme):
     slots = Slots(without="heat")
     material = None
     hosted = False  # whether another scheme moves the particles, so that no effect ``density`` is required
+    shared = False  # whether arrays hold one rank's share of the particles, and were checked as a whole before
 
     def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
                  quality="standard", lean=True, density=_DEFAULT, **effects):
@@ -345,13 +347,7 @@ class PBFScheme(Scheme):
 
     def setup_properties(self, particles, clean=True):
         """Give every array exactly the properties and constants that the effects need, and check the scene."""
-        self.given = arrays = {pa.name: pa for pa in particles}
-        scene = self.scene()
-        for name in [*self.fluids, *self.solids, *self.sites]:
-            if name not in arrays:
-                raise ValueError(f"the scheme names the particle array '{name}', but the scene has {sorted(arrays)}")
-            if arrays[name].get_number_of_particles() == 0:
-                raise ValueError(f"particle array '{name}' is empty: it needs at least one particle")
+        arrays, scene = self.give_names(particles), self.scene()
         fluid_rows = [*BASE_PROPERTIES, *self.effect_rows("properties")]
         for name in self.fluids:
             pa = arrays[name]
@@ -370,14 +366,29 @@ class PBFScheme(Scheme):
             self._give(arrays[name], [*WALL_PROPERTIES, *rows], clean)
             if rows:
                 number(arrays[name])  # so that ghosts find what they are images of
-        if len(self.solids) > 1 and not self.hosted:
-            weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim)
+        self.weigh(particles)
         for name in self.sites:
             rows = [row for row in BASE_PROPERTIES if row.name in ("x", "y", "z", "h", "m")]
             self._give(arrays[name], [*rows, *self.effect_rows("site_properties")], clean)
         self.check(particles)
         for effect in self.effects.values():
             effect.prepare(scene, arrays)
+
+    def give_names(self, particles):
+        """Name -> particle array, which is also stored; raises ``ValueError`` if one is missing, or empty everywhere.
+        """
+        self.given = arrays = {pa.name: pa for pa in particles}
+        for name in [*self.fluids, *self.solids, *self.sites]:
+            if name not in arrays:
+                raise ValueError(f"the scheme names the particle array '{name}', but the scene has {sorted(arrays)}")
+            if ranks.total(arrays[name].get_number_of_particles()) == 0:
+                raise ValueError(f"particle array '{name}' is empty: it needs at least one particle")
+        return arrays
+
+    def weigh(self, particles):
+        """Correct the masses of several walls for each other, once: another scheme and other ranks keep theirs."""
+        if len(self.solids) > 1 and not (self.hosted or self.shared):
+            weigh_walls([pa for pa in particles if pa.name in self.solids], kernel=self.kernel, dim=self.dim)
 
     def enter_domain(self, domain, particles):
         """Adapt to the periodic ``domain`` of the solver, before the first step.
@@ -405,7 +416,7 @@ class PBFScheme(Scheme):
         arrays = {pa.name: pa for pa in particles}
         if self.solids and not self.hosted:
             weigh_walls([arrays[name] for name in self.solids], kernel=self.kernel, dim=self.dim, domain=domain)
-        for effect in self.effects.values():
+        for effect in self.effects.values() if not self.shared else ():
             effect.check(scene, arrays)
 
     def check(self, particles):
@@ -420,7 +431,8 @@ class PBFScheme(Scheme):
             if np.any(pa.m <= 0.0) or np.any(pa.h <= 0.0):
                 raise ValueError(f"masses [kg] and smoothing lengths [m] of '{name}' must be > 0")
         for slot, effect in self.effects.items():
-            effect.check(scene, arrays)
+            if not self.shared:
+                effect.check(scene, arrays)
             if self.material is not None:
                 check_temperatures(effect, f"{slot}.{{}}".format, self.material)
 

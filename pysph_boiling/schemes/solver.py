@@ -18,6 +18,7 @@ import zlib
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 from compyle.ext_module import CONFIG_OPTS
 from Cython.Compiler.Options import get_directive_defaults
 from pysph.solver.solver import Solver
@@ -27,11 +28,11 @@ from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.device import on_host, order, send
 from pysph_boiling.equations.lean import HostSum
-from pysph_boiling.files import whole
+from pysph_boiling.files import part_of, whole
 from pysph_boiling.native import fluid_sums, has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
-from pysph_boiling.schemes.particle_files import ParticleFiles
+from pysph_boiling.schemes.particle_files import ParticleFiles, join_parts
 from pysph_boiling.schemes.reductions import CompiledReductions
 from pysph_boiling.threads import end_on_interrupt
 
@@ -187,6 +188,23 @@ def build_side_by_side(arrays, equations, kernel, integrator, stages, mode="seri
             process.terminate()
 
 
+def write_anywhere(path, write):
+    """Write a file by ``write(temporary path)``, or none if ``path`` is ``None``; if one rank fails, all raise.
+
+    Errors: ``OSError`` that names the file.
+    """
+    problem = None
+    try:
+        if path is not None:
+            with whole(path) as part:
+                write(part)
+    except OSError as error:
+        problem = f"{path} cannot be written: {error.strerror}; earlier output is unchanged"
+    problem = ranks.first_given(problem)
+    if problem:
+        raise OSError(problem)
+
+
 def build(helper, source):
     """Compile one module in a child process, which Ctrl-C ends silently."""
     end_on_interrupt()
@@ -210,7 +228,10 @@ class StagedSolver(Solver):
     def dump_output(self):
         """Write a particle file of PySPH completely or not at all: in memory first, then to a temporary file.
 
-        Errors: ``OSError`` that names the file if it cannot be written. HDF5 itself would crash on a full disk.
+        On several ranks each writes a file of its own particles, and the first one a file that joins them.
+
+        Errors: ``OSError`` on all ranks that names the file if it cannot be written on one of them. HDF5 itself would
+        crash on a full disk.
         """
         if self.before_output is not None:
             self.before_output()
@@ -223,16 +244,21 @@ class StagedSolver(Solver):
         path = Path(self.output_directory) / f"{self.fname}_{self.count:05d}.hdf5"
         writer = self.writer = self.writer or ParticleFiles()
         writer.detailed_output, writer.only_real = self.detailed_output, self.output_only_real
-        writer.mpi_comm = self.comm if self.in_parallel else None  # with several ranks, the first gathers and writes
         writer.compress = self.compress_output
         writer.dump(None, self.particles, self._get_solver_data())
-        if ranks.rank() > 0:
-            return
-        try:
-            with whole(path) as part, open(part, "wb") as file:
-                file.writelines(writer.pieces)
-        except OSError as error:
-            raise OSError(f"{path} cannot be written: {error.strerror}; earlier output is unchanged") from error
+        parts = [part_of(path, rank) for rank in range(ranks.size())] if self.in_parallel else [path]
+
+        def write_own(file):
+            with open(file, "wb") as opened:
+                opened.writelines(writer.pieces)
+
+        write_anywhere(parts[ranks.rank()], write_own)
+        if self.in_parallel:
+            names = sorted(pa.name for pa in self.particles)
+            own = np.array([[pa.get_number_of_particles(True) for name in names for pa in self.particles
+                             if pa.name == name]])
+            lengths, _ = ranks.gather(own)
+            write_anywhere(path if ranks.rank() == 0 else None, lambda file: join_parts(file, parts, lengths))
 
     def reorder_particles(self):
         """Sort the particles in memory: fluids at steps when it is due, arrays that do not move once per run.

@@ -37,11 +37,12 @@ def test_a_vessel_boils_in_pysphs_scheme(name, tmp_path, monkeypatch):
     assert table["n_nucleated"][-1] >= 4 and 1 <= table["n_bubbles"][-1] <= 3  # at both sites
     assert table["energy_heater"][-1] > 0.0 and np.max(np.abs(table["energy_residual"])) <= 1e-12
     assert np.max(np.abs(table["mass_residual"])) <= 1e-12
+    assert application.guest.count_subcycles(9.5 * application.guest.heat_limit) >= 10  # as in our schemes
     arrays = load(str(last_output(tmp_path)))["arrays"]  # PySPH's own reader
     fluid = arrays["fluid"]
     assert np.count_nonzero(fluid.phase == Phase.VAPOUR) == table["n_vapour"][-1]
     assert {"au", "p"} <= set(fluid.properties) and set(arrays) == {"fluid", "wall", "sites"}
-    assert np.all((fluid.x > 0.0) & (fluid.x < 18 * reuse_wcsph.SPACING) & (fluid.y > 0.0))
+    assert min(fluid.x.min(), 18 * reuse_wcsph.SPACING - fluid.x.max(), fluid.y.min()) > -0.5 * reuse_wcsph.SPACING
 
 
 def test_model_of_gu_is_an_sph_model_that_never_superheats(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@
 """
 import json
 import os
+import resource
 import signal
 import sys
 from dataclasses import dataclass
@@ -57,7 +58,7 @@ class RankParameters(SceneParameters):
     frame: float = param(0.005, "s", "time between two outputs", above=0.0)
     substeps: int = param(5, "-", "steps in a frame", low=1)
     case: str = param("wide", "-", "arrangement", choices=tuple(SIZES))
-    dies: str = param("no", "-", "how the last rank dies", choices=("no", "killed", "error", "nan"))
+    dies: str = param("no", "-", "how the last rank dies", choices=("no", "killed", "error", "nan", "full"))
 
 
 class Log(Tool):
@@ -101,6 +102,8 @@ class Log(Tool):
                 raise ValueError("the last rank alone has failed")
             if dies == "nan":
                 pa.u[0] = np.nan
+            if dies == "full":  # its disk, from now on
+                resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
 
 
 class RankScene(SceneApplication):

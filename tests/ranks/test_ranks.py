@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pysph.solver import output
+from pysph.solver.utils import load
 
-from pysph_boiling.files import last_output, output_files, read_output
+from pysph_boiling.files import Manifest, last_output, output_files, read_output
 from pysph_boiling.runs.ledger import load_results
 
 SCENE = Path(__file__).with_name("scene.py")
@@ -169,12 +171,42 @@ def test_a_rank_that_dies_ends_the_run(tmp_path, dies):
         assert {"error": "the last rank alone has failed", "nan": "u = nan of particle"}[dies] in done.stderr
 
 
-def test_a_run_goes_on_from_its_last_file(runs, tmp_path):
-    """On two ranks, from what two ranks have written."""
+@pytest.mark.parametrize("ranks", ((2, 2), (1, 3), (4, 2)))
+def test_a_run_goes_on_from_its_last_file(runs, tmp_path, ranks):
+    """Also on another number of ranks than that which wrote it."""
     whole = runs("wide", 2, STEPS)
-    for steps in (STEPS // 2, STEPS):
-        part = Run(2, tmp_path, "--case", "wide", "--max-steps", str(steps), "--lb-freq", "5", "--resume")
+    for number, steps in zip(ranks, (STEPS // 2, STEPS)):
+        part = Run(number, tmp_path, "--case", "wide", "--max-steps", str(steps), "--lb-freq", "5", "--resume")
     assert_equal(whole, part)
+
+
+def test_each_rank_writes_its_own_particles(runs):
+    """PySPH reads all of them from the file that joins them, and no file of an earlier run is left."""
+    several = runs("wide", 2, STEPS)
+    for file in map(Path, output_files(several.folder)):
+        parts = sorted(several.folder.glob(f"{file.stem}.rank*"))
+        assert [part.name for part in parts] == [f"{file.stem}.rank000{rank}.h5" for rank in range(2)]
+        fluids = [output.HDFOutput().load(str(part))["arrays"]["fluid"] for part in parts]
+        whole = load(str(file))["arrays"]["fluid"]
+        assert all(len(fluid.uid) > 0 for fluid in fluids)
+        np.testing.assert_array_equal(np.concatenate([fluid.uid for fluid in fluids]), whole.uid)
+        assert file.stat().st_size < sum(part.stat().st_size for part in parts)
+    assert Manifest(several.folder).known >= {path.name for path in several.folder.glob("*.h5")}
+
+
+def test_each_rank_makes_its_own_share_at_the_start(runs):
+    """So the start needs less memory on each; the particles are those of one rank."""
+    one, several = runs("wide", 1, STEPS), runs("wide", 4, STEPS)
+    assert np.array_equal(one.get("uid"), several.get("uid"))
+    peaks = json.loads((several.folder / "run.json").read_text())["peak_memory"]
+    assert peaks["unit"] == "B" and len(peaks["value"]) == 4 and min(peaks["value"]) > 1e7
+
+
+def test_a_full_disk_on_one_rank_ends_the_run(tmp_path):
+    done = start(2, tmp_path, "--case", "wide", "--max-steps", "40", "--dies", "full", timeout=300)
+    assert done.returncode != 0 and "rank0001.h5 cannot be written: File too large" in done.stderr
+    assert read_output(last_output(tmp_path))[0]["fluid"].get_number_of_particles() > 0
+    assert not list(tmp_path.glob(".*.part"))
 
 
 @pytest.mark.parametrize("options, message", (
@@ -212,10 +244,12 @@ def test_every_scene_takes_its_first_steps(tmp_path, case):
         assert np.max(np.abs(several - one)) <= ROUND_OFF * spacing, axis
 
 
-@pytest.mark.parametrize("scene", ("heated_slab", "heat_wave", "heat_wave_tvf"))
-def test_periodic_scenes_are_refused(tmp_path, scene):
+@pytest.mark.parametrize("scene, reason", (
+    ("heated_slab", "periodic domain"), ("heat_wave", "a scheme of PySPH"), ("reuse_wcsph", "a scheme of PySPH"),
+))
+def test_scenes_that_need_one_rank_are_refused(tmp_path, scene, reason):
     done = start(2, tmp_path, "--max-steps", "1", program=("-m", "pysph_boiling", "run", scene))
-    assert done.returncode != 0 and "periodic domain" in done.stderr and not list(tmp_path.glob("*.hdf5"))
+    assert done.returncode != 0 and reason in done.stderr and not list(tmp_path.glob("*.hdf5"))
 
 
 @pytest.mark.slow

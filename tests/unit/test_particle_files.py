@@ -9,7 +9,8 @@ from pysph.base.utils import get_particle_array
 from pysph.solver import output
 from pysph.solver.utils import load
 
-from pysph_boiling.schemes.particle_files import MARK, ParticleFiles
+from pysph_boiling.files import last_output, output_files, part_of, read_output, step_of
+from pysph_boiling.schemes.particle_files import MARK, ParticleFiles, join_parts
 
 N = 200
 
@@ -181,3 +182,74 @@ def test_particles_of_all_ranks_are_written():
         file = content(written(ours, arrays))
         assert file == content(written(theirs, arrays))
     assert len(file["particles/fluid/arrays/x"][0][1]) == N + 26
+
+
+# --- one file for each rank -------------------------------------------------------------------------------------------
+
+LENGTHS = (120, 0, 80)  # particles on three ranks
+
+
+@pytest.fixture
+def joined(tmp_path):
+    """(file, parts, arrays): a file that joins those of three ranks, which hold parts of the same particles."""
+    arrays, path = particles(sum(LENGTHS)), tmp_path / "run_00010.hdf5"
+    parts = [part_of(path, rank) for rank in range(len(LENGTHS))]
+    for part, end, n in zip(parts, np.cumsum(LENGTHS), LENGTHS):
+        own = [pa.extract_particles(np.arange(end - n, end)) if pa.name == "fluid" else pa for pa in arrays]
+        for made, pa in zip(own, arrays):
+            made.set_output_arrays(pa.output_property_arrays)
+        part.write_bytes(written(ParticleFiles(), own))
+    join_parts(path, parts, np.array([[n, 0] for n in LENGTHS]))  # fluid, sites
+    return path, parts, arrays
+
+
+def test_pysph_reads_a_file_that_joins_those_of_the_ranks(joined, tmp_path, monkeypatch):
+    path, parts, (fluid, _) = joined
+    assert sum(part.stat().st_size for part in parts) > 20 * sum(LENGTHS) * 8 / 3 and path.stat().st_size > 0
+    alone = tmp_path / "alone.hdf5"
+    alone.write_bytes(written(ParticleFiles(), [fluid, joined[2][1]]))
+    monkeypatch.chdir("/")  # parts are looked for beside the file, and not in the working directory
+    data, whole = load(str(path)), load(str(alone))
+    assert data["solver_data"] == whole["solver_data"]
+    for name, pa in whole["arrays"].items():
+        other = data["arrays"][name]
+        assert set(other.properties) == set(pa.properties)
+        assert sorted(other.output_property_arrays) == sorted(pa.output_property_arrays)
+        for prop in pa.output_property_arrays:
+            assert other.get(prop).dtype == pa.get(prop).dtype
+            np.testing.assert_array_equal(other.get(prop), pa.get(prop))
+        for constant, values in pa.constants.items():
+            np.testing.assert_array_equal(other.constants[constant].get_npy_array(), values.get_npy_array())
+    assert len(read_output(path)[0]["fluid"].x) == sum(LENGTHS)
+    assert output_files(tmp_path, "run") == [str(path)] and step_of(parts[2]) == 10
+
+
+def test_a_part_that_is_missing_or_cut_off_is_noticed(joined):
+    """HDF5 itself would read zeros."""
+    path, parts, _ = joined
+    whole = parts[2].read_bytes()
+    parts[2].write_bytes(whole[:-200])
+    with pytest.raises(ValueError, match="is not a complete HDF5 file"):
+        read_output(path)
+    parts[2].unlink()
+    assert load(str(path))["arrays"]["fluid"].m[-1] == 0.0
+    with pytest.raises(ValueError, match="the file run_00010.rank0002.h5 with the particles of one rank is missing"):
+        read_output(path)
+    assert last_output(path.parent, "run") is None
+    parts[2].write_bytes(whole)
+    assert last_output(path.parent, "run") == str(path)
+
+
+@pytest.mark.parametrize("source", ["../run_00010.rank0002.h5", "/etc/run_00010.rank0002.h5", "run_00011.rank0002.h5",
+                                    "secret.h5", "."])
+def test_a_file_that_joins_others_than_its_own_parts_is_refused(joined, source):
+    path, _, _ = joined
+    with h5py.File(path, "r+") as opened:
+        group = opened["particles/fluid/arrays"]
+        attributes = dict(group["x"].attrs)
+        del group["x"]
+        layout = h5py.VirtualLayout(shape=(sum(LENGTHS),), dtype=float)
+        layout[:80] = h5py.VirtualSource(source, "/particles/fluid/arrays/x", shape=(80,))
+        group.create_virtual_dataset("x", layout).attrs.update(attributes)
+    with pytest.raises(ValueError, match="'/particles/fluid/arrays/x' is stored in another file"):
+        read_output(path)

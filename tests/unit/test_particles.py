@@ -1,4 +1,6 @@
 """Particle factories: blocks, vessels, sites; what they hold, and what they refuse."""
+from functools import partial
+
 import numpy as np
 import pytest
 from pysph.base.kernels import CubicSpline, WendlandQuintic
@@ -440,3 +442,18 @@ def test_output_properties_of_one_array_are_its_own():
     add_properties(fluid, rows)
     assert fluid.output_property_arrays == ["x", "y", "rho", "e"]
     assert wall.output_property_arrays == shared == ["x", "y", "rho"] and "e" not in wall.properties
+
+
+@pytest.mark.parametrize("inside", [None, lambda at: np.linalg.norm(at[:, :2] - 0.05, axis=1) < 0.04],
+                         ids=["box", "cylinder"])
+@pytest.mark.parametrize("of", [1, 3, 50])
+def test_parts_of_a_block_are_the_block(inside, of):
+    """With the same numbers and random displacements, also where a part is empty."""
+    block = partial(fluid_block, (0.0, 0.0, 0.0), (0.1, 0.1, 0.13), spacing=0.01, dim=3, rho0=1.0, jitter=0.3, seed=5,
+                    inside=inside)
+    whole, parts = block(), [block(part=(number, of)) for number in range(of)]
+    assert whole.get_number_of_particles() > 500
+    for name in ("x", "y", "z", "uid", "m"):
+        np.testing.assert_array_equal(np.concatenate([pa.get(name) for pa in parts]), whole.get(name))
+    if inside is not None and of == 50:
+        assert 0 in [pa.get_number_of_particles() for pa in parts]

@@ -176,7 +176,7 @@ class Cohesion(Effect):
 
     def properties(self, scene):
         if scene.hosted:
-            return vector("pull_x pull_y pull_z", "m/s^2", "acceleration by cohesion")
+            return ()
         return (*vector("pull_x pull_y pull_z", "m", "displacement by cohesion in this sweep"),
                 *vector("pulled_x pulled_y pulled_z", "m", "displacement by cohesion in the sweeps of this step"),
                 *vector("pull_start_x pull_start_y pull_start_z", "m/s^2",

@@ -202,7 +202,7 @@ class Heater(Effect):
     def prepare(self, scene, arrays):
         """Set the heater's power [W, or W/m in 2-D] from the area of the heated walls."""
         if self.flux is not None:
-            heated = sum(np.count_nonzero(arrays[name].heated) for name in scene.solids)
+            heated = ranks.total(sum(np.count_nonzero(arrays[name].heated) for name in scene.solids))
             area = heated * scene.spacing ** (scene.dim - 1)
             for name in scene.fluids:
                 arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].time_scaling

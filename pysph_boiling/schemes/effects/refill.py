@@ -48,7 +48,7 @@ class Refill(Effect):
     def prepare(self, scene, arrays):
         pa = arrays[scene.fluids[0]]
         if pa.refill_uid[0] == 0.0:
-            pa.refill_uid[0] = 1.0 + max(int(arrays[name].uid.max()) for name in scene.fluids)
+            pa.refill_uid[0] = 1.0 + ranks.largest(max(int(arrays[name].uid.max(initial=0)) for name in scene.fluids))
 
     def flows(self, scene):
         return (Flow("energy_refill", +1, constant="energy_refilled"),)
