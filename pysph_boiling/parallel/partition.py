@@ -31,14 +31,16 @@ def extent(points):
 class Partition(ZoltanParallelManagerGeometric):
     """PySPH's parallel manager with faster methods for a step; see PySPH's documentation for the rest.
 
-    ``pairs`` are the (destination, source) names of the arrays of all sums over neighbours.
+    ``pairs`` are the (destination, source) names of the arrays of all sums over neighbours, and ``moving`` the names of
+    the arrays that move; others change ranks only when the load is balanced.
     """
 
-    def __init__(self, *args, pairs, **options):
+    def __init__(self, *args, pairs, moving, **options):
         self.binned = []  # for each array: its occupied cells, and the cell of each particle
         self.home = {}  # number of an array -> corners of a box around its particles, owned entirely by this rank
         super().__init__(*args, **options)
         names = [exchange.pa.name for exchange in self.pa_exchanges]
+        self.moving = frozenset(moving)
         self.readers = [[names.index(dest) for dest, source in pairs if source == name] for name in names]
         for exchange in self.pa_exchanges:
             exchange.lb_weight = 1.0 if any(dest == exchange.pa.name for dest, _ in pairs) else STILL
@@ -81,6 +83,8 @@ class Partition(ZoltanParallelManagerGeometric):
     def migrate_particles(self):
         """Send particles that have left this rank's domain to the rank whose domain they are in now."""
         for number, exchange in enumerate(self.pa_exchanges):
+            if exchange.pa.name not in self.moving:
+                continue
             points = self.points(exchange)
             owner, moved = np.full(exchange.num_local, self.rank, np.int32), np.isfinite(points).all(axis=0)
             if number in self.home:
@@ -91,8 +95,9 @@ class Partition(ZoltanParallelManagerGeometric):
                 if np.isfinite(corners).all() and (self.among(corners) == self.rank).all():
                     self.home[number] = corners
             leaving = np.flatnonzero(owner != self.rank)
-            self.export(exchange, leaving, owner[leaving])
-            exchange.lb_exchange_data()
+            if self.comm.allreduce(len(leaving)):  # PySPH exchanges each property on its own
+                self.export(exchange, leaving, owner[leaving])
+                exchange.lb_exchange_data()
 
     def compute_remote_particles(self):
         """List the particles that other ranks read: sources within one support of the box around their destinations."""

@@ -314,7 +314,8 @@ class SceneApplication(Application):
         if self.num_procs > 1:
             from pysph_boiling.parallel.partition import Partition
 
-            pysph_application.ZoltanParallelManagerGeometric = functools.partial(Partition, pairs=self.scheme.pairs())
+            pysph_application.ZoltanParallelManagerGeometric = functools.partial(
+                Partition, pairs=self.scheme.pairs(), moving=self.scheme.fluids)
         super()._setup_parallel_manager_and_initial_load_balance()
 
     def check_ranks(self):

@@ -95,7 +95,7 @@ def wander(fluid, number, size=1.0):
 
 def compare():
     found = {}
-    for name, manager, options in (("ours", Partition, dict(pairs=PAIRS)),
+    for name, manager, options in (("ours", Partition, dict(pairs=PAIRS, moving=["fluid"])),
                                    ("pysph", ZoltanParallelManagerGeometric, {})):
         arrays = start(2)
         made = manage(manager, arrays, **options)
@@ -114,7 +114,7 @@ def compare():
 
 def main(method):
     arrays = start()
-    partition = manage(Partition, arrays, method, pairs=PAIRS)
+    partition = manage(Partition, arrays, method, pairs=PAIRS, moving=["fluid"])
     moved = ghosts = unread = 0
     for number in range(ROUNDS):
         if number:
