@@ -165,7 +165,8 @@ def main():
     spent = time[cores, 1] - fixed - work * many / cores - operations * wait
     ghost_time = max(spent, 0.0) / (talk["exported"] / searches / cores)
     console.print(f"fitted: {1e3 * fixed:.1f} ms, {1e6 * work:.2f} us a particle, {1e6 * ghost_time:.2f} us a ghost; "
-                  f"{operations:.0f} collective operations a step, {1e6 * wait:.1f} us each between {cores} ranks of this machine")
+                  f"{operations:.0f} collective operations a step, {1e6 * wait:.1f} us each between {cores} ranks of "
+                  "this machine")
     rows = model(refreshed, fixed, work, ghost_time, operations, wait)
     show(console, ("particles", "ranks", "own", "ghosts", "ghosts, MB a step and rank", "labels, MB gathered by each",
                    "sums over bubbles, MB through each", "start, GB on each", "work, ms", "ghosts, ms", "waiting, ms",
