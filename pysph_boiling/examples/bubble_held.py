@@ -50,8 +50,8 @@ class BubbleHeld(BubbleRise):
         kept = float(history["n"][-1] / history["n"][0])
         require(kept >= 0.9, f"only {kept:.0%} of the vapour is left, at least 90% must stay below the surface")
         p, material = self.parameters, self.scheme.material
-        pool = sum(pa.get_number_of_particles(True) for pa in self.scheme.arrays)
-        most = 1.1 + p.superheat * material.c_l / material.L * pool / float(history["n"][0])  # and a tenth, being whole
+        # and a tenth, as it has whole particles
+        most = 1.1 + p.superheat * material.c_l / material.L * self.final["fluid"] / float(history["n"][0])
         require(kept <= most, f"the vapour grew to {kept:.0%}, but the pool's heat is enough for {most:.0%} at most")
 
 

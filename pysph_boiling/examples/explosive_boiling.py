@@ -146,7 +146,7 @@ class ExplosiveBoiling(SceneApplication):
     def check_final(self):
         self.check_needs("dynamic_nucleation")
         results = self.ledger.table()
-        burst, particles = results["n_burst"][-1], sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
+        burst, particles = results["n_burst"][-1], self.final["fluid"]
         p, material = self.parameters, self.scheme.material
         if p.base_superheat:
             half = np.interp(0.5 * results["t"][-1], results["t"], results["n_burst"])

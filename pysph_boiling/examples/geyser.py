@@ -141,7 +141,7 @@ class Geyser(ExplosiveBoiling):
     @property
     def eruptions(self):
         """(time [s], particles of vapour) of each eruption so far."""
-        least = LEAST * sum(pa.get_number_of_particles() for pa in self.scheme.arrays)
+        least = LEAST * self.final["fluid"]
         return [(t, n) for t, n in self.vents if n >= least]
 
     def check_final(self):

@@ -32,11 +32,12 @@ class Partition(ZoltanParallelManagerGeometric):
     """PySPH's parallel manager with faster methods for a step; see PySPH's documentation for the rest.
 
     ``pairs`` are the (destination, source) names of the arrays of all sums over neighbours, and ``moving`` the names of
-    the arrays that move; others change ranks only when the load is balanced.
+    the arrays that move; others change ranks only once after the load was balanced.
     """
 
     def __init__(self, *args, pairs, moving, **options):
         self.binned = []  # for each array: its occupied cells, and the cell of each particle
+        self.placed = set()  # numbers of arrays that do not move, and have all particles in the right domain
         self.home = {}  # number of an array -> corners of a box around its particles, owned entirely by this rank
         super().__init__(*args, **options)
         names = [exchange.pa.name for exchange in self.pa_exchanges]
@@ -67,6 +68,7 @@ class Partition(ZoltanParallelManagerGeometric):
     def load_balance(self):
         super().load_balance()
         self.home.clear()
+        self.placed.clear()
 
     def create_particle_lists(self):
         """List the particles of the cells that Zoltan moves to other ranks."""
@@ -83,8 +85,10 @@ class Partition(ZoltanParallelManagerGeometric):
     def migrate_particles(self):
         """Send particles that have left this rank's domain to the rank whose domain they are in now."""
         for number, exchange in enumerate(self.pa_exchanges):
-            if exchange.pa.name not in self.moving:
+            if number in self.placed:
                 continue
+            if exchange.pa.name not in self.moving:
+                self.placed.add(number)
             points = self.points(exchange)
             owner, moved = np.full(exchange.num_local, self.rank, np.int32), np.isfinite(points).all(axis=0)
             if number in self.home:

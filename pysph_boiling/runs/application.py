@@ -133,6 +133,19 @@ class SceneApplication(Application):
         """Check the result of the scene; raises :class:`CheckFailed` with the value that fails, or :class:`NotChecked`.
         """
 
+    def at_end(self):
+        """What the final check needs of the particles, as a dict; all ranks call it together.
+
+        ``lost`` is the number of particles that are missing, and ``fluid`` that of fluid particles.
+        """
+        return {"lost": self.ledger.lost(self.scheme.arrays),
+                "fluid": sum(number for name, number in self.counts().items() if name in self.scheme.fluids)}
+
+    @property
+    def final(self):
+        """The result of :meth:`at_end`: that of all ranks, which part before the final check."""
+        return self.at_end() if self.found_at_end is None else self.found_at_end
+
     def check_needs(self, *slots):
         """Raise :class:`NotChecked` if this run leaves out one of the effects that the check is about."""
         for slot in slots:
@@ -163,7 +176,7 @@ class SceneApplication(Application):
         """
         results = self.ledger.table()
         require(all(np.all(np.isfinite(column)) for column in results.values()), "the results hold NaN or Inf")
-        lost = self.ledger.lost(self.scheme.arrays)
+        lost = self.final["lost"]
         require(lost == 0, f"{lost} particles are lost")
         for name, bound in (("mass", MASS_BOUND),
                             ("energy", ENERGY_BOUND if double_precision(self.options) else SINGLE_BOUND)):
@@ -220,7 +233,7 @@ class SceneApplication(Application):
         self.cache_nnps = True
         self.ledger = None
         self.measurements = {}  # t [s] -> what is measured there, where no files are written
-        self.prepared = None
+        self.prepared = self.found_at_end = None
         self.resumed = None
         self.dry = None
         self.changes = []  # of parameters when the run was resumed: dicts with t, parameter, before, after
@@ -578,7 +591,7 @@ class SceneApplication(Application):
             self.simulate(console)
         first = ranks.rank() == 0
         if ranks.size() > 1:
-            collect(self.particles)
+            self.found_at_end = self.at_end()
             ranks.leave()
         if first:
             self.finish(console)
@@ -747,19 +760,6 @@ class SceneApplication(Application):
             "vents": self.vents,
             "changes": self.changes,
         }
-
-
-def collect(arrays):
-    """Copy the particles of all ranks to the first one, as if it had run alone. The other ranks keep theirs."""
-    for pa in arrays:
-        n = pa.get_number_of_particles(True)
-        pa.remove_particles(np.arange(n, pa.get_number_of_particles()))
-        parts = {name: ranks.gather(pa.get(name))[0] for name in sorted(pa.properties)}
-        if ranks.rank() == 0:
-            pa.extend(len(parts["x"]) - n)
-            for name, values in parts.items():
-                pa.get(name, only_real_particles=False)[:] = values
-            pa.align_particles()
 
 
 def peak_memory():
