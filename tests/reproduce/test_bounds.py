@@ -54,16 +54,17 @@ def test_a_pool_thrown_at_its_lid_disagrees():
 
 def test_a_fault_is_told_until_the_figure_is_run_again(tmp_path):
     old = dict(machine="", processor="p", finished="2026-11-23T00:00:00+00:00", versions={})
-    for key in FAULTS:
+    for key in (*FAULTS, "fig3"):
         for finished, told in ((old["finished"], True), (f"{CORRECTED}T00:00:01+00:00", False)):
             section = Section(key, "t", origins=[{**old, "finished": finished}])
             assert bool(caveat(section)) is told
             text = write_report([section], tmp_path, tmp_path / f"{key}_{told}.md", [key], wording=PAPER).read_text()
-            assert ("These results still have a fault" in text) is told
-    assert caveat(Section("fig2", "t", origins=[old])) == "" == caveat(Section("fig5", "t"))
+            assert ("Not run again since 2026-11-23; the model" in text) is told
+            assert ("These results still have a fault" in text) is (told and key in FAULTS)
+    assert caveat(Section("fig2", "t")) == ""  # it has no runs
 
 
 def test_stored_report_tells_its_faults():
     stored, page = (ROOT / "docs" / f"reproduction.{end}" for end in ("json", "md"))
     sections = [Section.revived(raw) for raw in json.loads(stored.read_text()).values()]
-    assert page.read_text().count("These results still have a fault") == sum(bool(caveat(one)) for one in sections)
+    assert page.read_text().count("Not run again since") == sum(bool(caveat(one)) for one in sections)

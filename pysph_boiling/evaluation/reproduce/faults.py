@@ -1,4 +1,4 @@
-"""Faults that were corrected since figures of the paper were last run: the report names them beside these figures."""
+"""What has changed since figures of the paper were last run: the report says so beside these figures."""
 
 __all__ = ["caveat"]
 
@@ -12,9 +12,10 @@ FAULTS = {"fig1": SUPERHEAT, "fig13": SUPERHEAT, "fig14": SUPERHEAT, "fig5": f"{
 
 
 def caveat(section):
-    """Sentences on a fault that the runs of a section have; empty once they were made again without it."""
+    """Sentences on what the runs of a section lack or have wrong; empty once they were made again."""
     dates = [one["finished"][:10] for one in section.origins if one.get("finished")]
-    if section.key not in FAULTS or not dates or min(dates) >= CORRECTED:
+    if not dates or min(dates) >= CORRECTED:
         return ""
-    return (f"Not run again since {max(dates)}. These results still have a fault that was corrected later: "
-            f"{FAULTS[section.key]}.")
+    fault = FAULTS.get(section.key)
+    told = f" These results still have a fault that was corrected later: {fault}." if fault else ""
+    return f"Not run again since {max(dates)}; the model and the statements have changed since.{told}"
