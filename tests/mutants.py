@@ -52,6 +52,7 @@ pressure = mutants("artificial_pressure", "compiled/test_artificial_pressure.py"
 groups = mutants("bubble_groups", "compiled/test_bubble_groups.py")
 buoyancy = mutants("buoyancy", "compiled/test_buoyancy.py")
 cohesion = mutants("cohesion", "compiled/test_cohesion.py")
+pair = mutants("helpers", "compiled/test_cohesion.py")
 container = mutants("container", "compiled/test_container.py", "compiled/test_density_constraint.py")
 condensation = mutants("condensation", "compiled/test_condensation.py")
 convection = mutants("convection", "compiled/test_convection.py")
@@ -95,7 +96,9 @@ MUTANTS = (  # --quick takes the first of each module
     buoyancy("ihmsen: -1 dropped", "(self.k_max - 1.0) * exp", "self.k_max * exp"),
     buoyancy("drag: sign", "d_av[d_idx] -= f * VIJ[1]", "d_av[d_idx] += f * VIJ[1]"),
     buoyancy("drag x 2", "f = self.rate * s_m[s_idx]", "f = 2.0*self.rate * s_m[s_idx]"),
-    cohesion("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
+    cohesion("cohesion as a force x 2", "f = most * boiling_cohesion", "f = 2.0*most * boiling_cohesion"),
+    cohesion("cohesion as a force: not less in a long step", "most = self.strength / (1.0 +",
+             "most = self.strength / (1.0 + 0.0*"),
     cohesion("cohesion x 1/2", "f = self.strength * f * 2.0*s_m", "f = self.strength * f * s_m"),
     cohesion("cohesion: what was moved before is forgotten", "start_y[d_idx]) - d_pulled_y[d_idx]",
              "start_y[d_idx])"),
@@ -201,6 +204,7 @@ MUTANTS = (  # --quick takes the first of each module
          "d_T[d_idx] = d_e[d_idx] / self.c\n\n\nclass HeatConductionClearyMonaghan("),
     heat("source x 2", "d_ae[d_idx] += self.rate", "d_ae[d_idx] += 2.0*self.rate"),
     heat("update x 2", "d_e[d_idx] += d_heat_dt[0]", "d_e[d_idx] += 2.0*d_heat_dt[0]"),
+    pair("cohesion: repulsion dropped", "f = 2.0*f - 1.0", "f = 2.0*f"),
     helpers("vapour: latent heat dropped", "T = T_sat + (e - L) / c_v", "T = T_sat + e / c_v"),
     helpers("liquid below saturation: sign", "T = T_sat + min(e, 0.0) / c_l", "T = T_sat - min(e, 0.0) / c_l"),
     helpers("mixture: heat capacity of liquid", "c_l + (c_v - c_l) * max(", "c_l + (c_l - c_l) * max("),

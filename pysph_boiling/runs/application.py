@@ -139,7 +139,7 @@ class SceneApplication(Application):
         ``lost`` is the number of particles that are missing, and ``fluid`` that of fluid particles.
         """
         return {"lost": self.ledger.lost(self.scheme.arrays),
-                "fluid": sum(number for name, number in self.counts().items() if name in self.scheme.fluids)}
+                "fluid": sum(n for name, n in self.counts().items() if name in self.scheme.fluids)}
 
     @property
     def final(self):

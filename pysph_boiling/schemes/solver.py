@@ -254,10 +254,8 @@ class StagedSolver(Solver):
 
         write_anywhere(parts[ranks.rank()], write_own)
         if self.in_parallel:
-            names = sorted(pa.name for pa in self.particles)
-            own = np.array([[pa.get_number_of_particles(True) for name in names for pa in self.particles
-                             if pa.name == name]])
-            lengths, _ = ranks.gather(own)
+            arrays = sorted(self.particles, key=lambda pa: pa.name)
+            lengths, _ = ranks.gather(np.array([[pa.get_number_of_particles(True) for pa in arrays]]))
             write_anywhere(path if ranks.rank() == 0 else None, lambda file: join_parts(file, parts, lengths))
 
     def reorder_particles(self):

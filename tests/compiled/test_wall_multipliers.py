@@ -108,7 +108,7 @@ def test_sloshing_water_loses_less_at_a_smooth_wall():
     """A smooth wall takes less if it bears its share of the pressure; a rough one takes what smooth ones do without."""
     plain, smooth, rough = (SloshingTank(**walls).run().errors for walls in (
         {}, dict(wall_multipliers=True), ROUGH))
-    assert 0.12 < smooth["loss"] < 0.85 * plain["loss"]  # measured 0.17 of 0.23
+    assert 0.12 < smooth["loss"] < 0.92 * plain["loss"]  # measured 0.17 of 0.23; without AVX-512 .19 of .22
     assert smooth["loss"] < rough["loss"] < 1.15 * plain["loss"]  # 0.21 to 0.24
     assert smooth["gain"] < 0.005 and rough["gain"] < 0.02  # rough: measured 0 to 0.015
     assert abs(smooth["period"]) < 0.01 and abs(rough["period"]) < 0.025

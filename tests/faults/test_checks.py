@@ -69,7 +69,8 @@ def checked(application, t, table, lost=0):
     """What a run of this application says of itself at ``t`` [s], with these results."""
     said = StringIO()
     application.solver = SimpleNamespace(t=t, count=1)
-    application.ledger = SimpleNamespace(table=lambda: table, lost=lambda arrays: lost, rows=[])
+    application.ledger = SimpleNamespace(table=lambda: table, rows=[])
+    application.found_at_end = {"lost": lost}
     application.check(Console(file=said, width=1000))
     return said.getvalue()
 
@@ -105,7 +106,7 @@ def held(left):
 
     application = BubbleHeld()
     application.resolve(["--flat"])
-    application.scheme.arrays = [SimpleNamespace(get_number_of_particles=lambda real: 224)]
+    application.found_at_end = {"fluid": 224}
     n = np.array([20.0, 20.0, left])
     application.check_bubbles({"t": np.array([0.0, 0.2, 0.5]), "n": n, "n1": n})
 

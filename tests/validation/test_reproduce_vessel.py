@@ -88,8 +88,8 @@ def test_figures_share_runs_of_one_name(quick):
     figures = [sites.Sites(), modes.ModesPictures(), modes.ModesCounts(), steady.SteadyBoiling(), steady.BubbleRadius()]
     asked = [run for figure in figures for run in figure.runs(quick)]
     ensemble = len(sites.seeds(quick))
-    # as many sites, three models, steady boiling with and without oscillation, and the superheated start
-    assert len({run.name for run in asked}) == len(set(asked)) == ensemble * (len(sites.counts(quick)) + 3 + 2 + 1)
+    # as many sites, three models, steady boiling and the superheated start with and without oscillation
+    assert len({run.name for run in asked}) == len(set(asked)) == ensemble * (len(sites.counts(quick)) + 3 + 2 + 2)
     assert set(modes.ModesPictures().runs(quick)) == set(modes.ModesCounts().runs(quick))
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from pysph_boiling.examples import scene_class
 from pysph_boiling.files import last_output, output_files
-from pysph_boiling.runs.application import SceneApplication
 from pysph_boiling.runs.jobs import Job, run_jobs
 from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.threads import variables
@@ -23,18 +22,15 @@ class Run:
     """One simulation: a scene and its command-line options.
 
     ``name`` is the name of its folder, and is the same in all figures that use the run. ``alone`` means that no other
-    run may use the machine, because this one is timed.
+    run may use the machine, because this one is timed. ``resumes`` is false for a scene with a scheme of PySPH, which
+    starts again if it was interrupted.
     """
 
     name: str
     scene: str
     options: tuple[str, ...] = ()
     alone: bool = False
-
-    @property
-    def resumes(self):
-        """Whether an interrupted run can be continued, which a scene with a scheme of PySPH cannot."""
-        return issubclass(scene_class(self.scene), SceneApplication)
+    resumes: bool = True
 
     @property
     def command(self):

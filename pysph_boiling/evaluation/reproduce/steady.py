@@ -22,6 +22,7 @@ GAP = 1.0  # longest time without a departure [s]
 SCATTER = 1.0  # largest scatter of a site's period; departures at random times have 1
 SMALL = "--flat", "--width", "30", "--fill", "14", "--sites", "3", "--results-every", "4"  # of the quick form
 OSCILLATING = "--oscillation.form", "hysteresis"
+NOT_ACTING = "--oscillation.min-particles", "1000000"
 BURSTING = "--dynamic-nucleation.superheat-limit", "28", "--dynamic-nucleation.radius", "2.4"  # of superheat_sites
 CALM = 0.2  # largest surface speed at the end, in units of its peak
 STILL = 1e-4  # smallest surface speed at the end: waves decay slowly, so a surface at rest would be an artefact
@@ -45,10 +46,13 @@ def cooling_run(seed, quick, oscillating=True):
 
 
 def radius_run(seed, quick, oscillating=True):
-    """A run of the vessel whose lowest quarter starts above the limit at which regions burst."""
+    """A run of the vessel whose lowest quarter starts above the limit at which regions burst.
+
+    Without oscillation the constraint is there, because it measures the radius, but no bubble is large enough for it.
+    """
     size = (*SMALL, "--duration", "1.0") if quick else ()
     return Run(f"radius{'' if oscillating else '_plain'}_seed{seed}", "superheat_sites", (
-        "--seed", str(seed), "--start-superheat", "45", *(OSCILLATING if oscillating else ()), *size,
+        "--seed", str(seed), "--start-superheat", "45", *OSCILLATING, *(() if oscillating else NOT_ACTING), *size,
         "--frame", "0.1"))
 
 

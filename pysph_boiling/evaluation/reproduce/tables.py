@@ -77,7 +77,8 @@ class Models(Figure):
     title = "Table 1: three models of boiling: which superheats, on which condition, and what it does about it"
 
     def runs(self, quick):
-        return [Run("gu_in_wcsph", "reuse_wcsph", ("--mode", "gu", *(("--tf", "0.35") if quick else ())))]
+        return [Run("gu_in_wcsph", "reuse_wcsph", ("--mode", "gu", *(("--tf", "0.35") if quick else ())),
+                    resumes=False)]
 
     def make(self, results, folder, quick):
         ours = {mode: answers(mode) for mode in PAPER_MODELS}

@@ -5,7 +5,7 @@ from pysph_boiling.report.pictures import plot
 
 
 def run(quick):
-    return (BoilingRate(width=30, fill=16, sites=3, duration=3.5, begin=1.5) if quick else
+    return (BoilingRate(width=30, fill=16, sites=3, duration=8.0, begin=1.5) if quick else
             BoilingRate()).run()
 
 
