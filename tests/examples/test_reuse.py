@@ -25,7 +25,8 @@ def small(name, folder, monkeypatch, *options, tf=0.3):
     return application
 
 
-@pytest.mark.parametrize("name", HOSTS)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.slow if name == "reuse_iisph" else ()) for name in HOSTS])  # compiles a minute
 def test_a_vessel_boils_in_pysphs_scheme(name, tmp_path, monkeypatch):
     application = small(name, tmp_path, monkeypatch, "--no-pictures")
     host = application.scheme

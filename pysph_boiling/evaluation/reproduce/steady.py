@@ -163,6 +163,7 @@ class SteadyBoiling(Figure):
                    "of its mean.", [bound("deviation", deviations, 0.0, STEADY), bound(
                        "particles made in a window, of all", [grown.mean() / one.result.record["particles"]["fluid"]
                                                               for one, grown in zip(group, made)], *MADE)],
+                   "The small form makes too few bubbles." if quick else "", not quick,
                    fair="A quarter is what a dozen bubbles in a window scatter by; less than one particle in ten "
                         "thousand would be no boil, and a fifth in each window would dry the vessel"),
             judged("Nucleation cycles are stable: bubbles keep growing, departing and breaking the surface.",
