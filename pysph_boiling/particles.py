@@ -27,7 +27,8 @@ from pysph_boiling.names import whole_number
 __all__ = [
     "BASE_PROPERTIES", "NO_BUBBLE", "ROUGHNESS", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume",
     "box_vessel", "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density",
-    "positions", "rows", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array", "weigh_walls",
+    "portion", "positions", "rows", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array",
+    "weigh_walls",
 ]
 
 ROUGHNESS = 0.3  # spacings: displacement of the particles of rough walls, at which a pool has no layers along them
@@ -120,6 +121,13 @@ def number(pa):
         pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
 
 
+def portion(n, part):
+    """The slice of ``n`` rows that is the k-th of ``part`` = (k, number) portions, in order and all of about one size.
+    """
+    k, number = part
+    return slice(n * k // number, n * (k + 1) // number)
+
+
 def rows(pa, which):
     """A new array with the particles of ``pa`` in the slice ``which``, in the same order, and its constants."""
     made = pa.extract_particles(np.arange(pa.get_number_of_particles())[which])
@@ -181,8 +189,8 @@ def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitt
     Errors: ``ValueError`` for a box without a particle, or a spacing or density that is not positive.
     """
     axes = [_lattice(lower[k], upper[k], spacing) for k in range(dim)]
-    shape, (number, of) = tuple(map(len, axes)), part
-    total = int(np.prod(shape))
+    shape = tuple(map(len, axes))
+    here = portion(int(np.prod(shape)), part)
 
     def lattice(first, last):
         points = np.zeros((last - first, 3))
@@ -190,15 +198,14 @@ def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitt
             points[:, k] = axes[k][index]
         return points if inside is None else points[inside(points)]
 
-    first, last = total * number // of, total * (number + 1) // of
-    points = lattice(first, last)
-    before = first if inside is None else sum(
-        len(lattice(at, min(at + CHUNK, first))) for at in range(0, first, CHUNK))
+    points = lattice(here.start, here.stop)
+    before = here.start if inside is None else sum(
+        len(lattice(at, min(at + CHUNK, here.start))) for at in range(0, here.start, CHUNK))
     if jitter:
         random = np.random.default_rng(seed)
         random.bit_generator.advance(before * dim)  # one number each
         points[:, :dim] += jitter * spacing * random.uniform(-1.0, 1.0, (len(points), dim))
-    if of == 1:
+    if part[1] == 1:
         _check_points(name, points, spacing)
     return _fluid(points, before, spacing=spacing, dim=dim, rho0=rho0, hdx=hdx, name=name)
 

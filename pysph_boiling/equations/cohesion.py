@@ -9,6 +9,16 @@ from pysph_boiling.equations.helpers import boiling_cohesion
 __all__ = ["BubbleCohesion", "BubbleCohesionForce", "BubbleCohesionMove", "BubbleCohesionStart", "BubbleSiteAdhesion"]
 
 
+def check_cohesion(strength, radius, stiffness):
+    """Raise ``ValueError`` for parameters of the cohesion that are out of range."""
+    if not strength >= 0.0:
+        raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
+    if not radius > 0.0:
+        raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
+    if not stiffness >= 0.0:
+        raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+
+
 class BubbleCohesion(Equation):
     r"""Cohesion between vapour particles, solved in the density sweeps together with the density constraint.
 
@@ -45,12 +55,7 @@ class BubbleCohesion(Equation):
     """
 
     def __init__(self, dest, sources, strength, radius, stiffness, max_displacement):
-        if not strength >= 0.0:
-            raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
-        if not radius > 0.0:
-            raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
-        if not stiffness >= 0.0:
-            raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+        check_cohesion(strength, radius, stiffness)
         if not max_displacement > 0.0:
             raise ValueError(f"max_displacement must be > 0 m, got {max_displacement} m")
         self.strength = float(strength)
@@ -129,12 +134,7 @@ class BubbleCohesionForce(Equation):
     """
 
     def __init__(self, dest, sources, strength, radius, stiffness):
-        if not strength >= 0.0:
-            raise ValueError(f"strength of the cohesion must be >= 0 m/s^2, got {strength}")
-        if not radius > 0.0:
-            raise ValueError(f"radius of the cohesion must be > 0 m, got {radius} m")
-        if not stiffness >= 0.0:
-            raise ValueError(f"stiffness of the cohesion must be >= 0 1/m, got {stiffness}")
+        check_cohesion(strength, radius, stiffness)
         self.strength = float(strength)
         self.radius = float(radius)
         self.stiffness = float(stiffness)

@@ -10,8 +10,8 @@ import time
 import numpy as np
 
 __all__ = [
-    "abort", "anywhere", "collectives", "first_given", "gather", "launched", "largest", "leave", "rank", "share",
-    "size", "total", "union", "use", "wait",
+    "abort", "anywhere", "collectives", "first_given", "gather", "launched", "largest", "leave", "rank", "size",
+    "total", "union", "use", "wait",
 ]
 
 _comm = None  # the communicator of a run on several ranks
@@ -58,11 +58,6 @@ def size():
 def rank():
     """Number of this rank; rank 0 writes files and prints."""
     return 0 if _comm is None else _comm.Get_rank()
-
-
-def share(n):
-    """The slice of ``n`` rows that this rank has at the start: the ranks share them in order, all of about one size."""
-    return slice(n * rank() // size(), n * (rank() + 1) // size())
 
 
 def total(value):

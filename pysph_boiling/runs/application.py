@@ -27,7 +27,7 @@ from pysph_boiling.device import on_host
 from pysph_boiling.files import Manifest, last_output, output_files, part_of, run_record, step_of
 from pysph_boiling.names import check_renamed, option
 from pysph_boiling.parallel import ranks
-from pysph_boiling.particles import number, rows
+from pysph_boiling.particles import number, portion, rows
 from pysph_boiling.runs import pysph_options, safeguards
 from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
@@ -437,7 +437,7 @@ class SceneApplication(Application):
         """This rank's share of an array."""
         if pa.name in self.scheme.sites:
             return rows(pa, slice(None) if ranks.rank() == 0 else slice(0))
-        return rows(pa, ranks.share(pa.get_number_of_particles()))
+        return rows(pa, portion(pa.get_number_of_particles(), self.ranks_part))
 
     def setup(self, argv=None):
         if argv is not None:

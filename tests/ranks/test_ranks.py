@@ -35,7 +35,7 @@ SCENES = {  # scene and options; in 3-D unless flat
 }
 WITH_VAPOUR = {"bubble_merge", "bubble_rise", "bubble_split", "explosive_boiling", "rayleigh_plesset"}  # at once
 ROUND_OFF = 1e-9  # spacings after STEPS steps, measured 4e-11: sums in another order, and 40 steps in which it grows
-GROWN = 1e-8  # the same after 100 steps; measured 1.15e-9 in one of three scenes, on four ranks
+GROWN = {"bubble_merge": 2e-9}  # spacings after 100 steps, where it grows to more: measured 1.15e-9 on four ranks
 A_MINUTE = 60.0
 
 
@@ -243,7 +243,7 @@ def test_every_scene_takes_its_first_steps(tmp_path, case):
         several = np.argsort(fluids[ranks].uid)
         for axis in "xyz":
             apart = np.max(np.abs(fluids[ranks].get(axis)[several] - fluids[1].get(axis)[one])) / spacing
-            assert apart <= GROWN, (ranks, axis, apart)
+            assert apart <= GROWN.get(case, ROUND_OFF), (ranks, axis, apart)
 
 
 @pytest.mark.parametrize("scene, reason", (

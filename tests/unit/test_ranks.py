@@ -5,16 +5,14 @@ from pysph.base.nnps import DomainManager, LinkedListNNPS
 from pysph.base.utils import get_particle_array
 
 from pysph_boiling.parallel import ranks
+from pysph_boiling.particles import portion
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 7])
 @pytest.mark.parametrize("n", [0, 1, 5, 7, 1000])
-def test_ranks_share_all_rows_once_and_about_equally(monkeypatch, size, n):
-    monkeypatch.setattr(ranks, "size", lambda: size)
-    rows, shares = np.arange(n), []
-    for rank in range(size):
-        monkeypatch.setattr(ranks, "rank", lambda rank=rank: rank)
-        shares.append(rows[ranks.share(n)])
+def test_ranks_share_all_rows_once_and_about_equally(size, n):
+    rows = np.arange(n)
+    shares = [rows[portion(n, (rank, size))] for rank in range(size)]
     np.testing.assert_array_equal(np.concatenate(shares), rows)
     assert np.ptp([len(share) for share in shares]) <= 1
 
