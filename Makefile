@@ -68,7 +68,7 @@ clean:
 	find pysph_boiling tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/ruff: $(READY)
-	@$(BIN)/python -m pip install --quiet ruff
+	@$(BIN)/python -m pip install --quiet "ruff~=0.17.6"
 	@touch $@
 
 $(READY): setup.py pyproject.toml
