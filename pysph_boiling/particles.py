@@ -19,8 +19,9 @@ Example: a block of water in an open box in 2-D, heated in the middle of its flo
 from dataclasses import dataclass
 
 import numpy as np
-from pysph.base.nnps import DomainManager, LinkedListNNPS
 from pysph.base.utils import get_particle_array
+from scipy.interpolate import CubicSpline as Spline
+from scipy.spatial import cKDTree
 
 from pysph_boiling.names import whole_number
 
@@ -36,6 +37,8 @@ MAX_JITTER = 0.45  # spacings; wall particles stay half a spacing from the face,
 ROUGH_SHARE = 0.85  # of the Akinci mass; with it the level over rough walls is 0.2 % off in still water (2-D and 3-D)
 SITES_APART = 0.7  # random sequential addition jams at 0.75 of a line (Renyi), and in a plane at 0.83 by this measure
 CHUNK = 1 << 20  # places of a lattice that are looked at together
+NEIGHBOUR_CHUNK = 1 << 15  # particles whose neighbours are looked at together
+KERNEL_NODES = 3001  # of the spline through a kernel; those with knots at multiples of h are met to round-off
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
 
 
@@ -260,31 +263,24 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
     The sum runs over the boundary particles only, including the particle itself. In a periodic domain, given as its
     ``DomainManager`` in ``domain``, it also includes their periodic images.
     """
-    x, y, z = np.asarray(points, dtype=float).T / h  # PySPH crashes on a lone 2-D particle whose h is much below 1
-    volume = np.empty(len(x))
-    pa = get_particle_array(name="boundary", x=x, y=y, z=z, h=1.0)
+    scaled = np.asarray(points, dtype=float) / h
+    size = np.zeros(3)  # of the domain, 0 along an axis that is not periodic
     if domain is not None:
         manager = domain.manager
-        ends = {f"{axis}{end}": getattr(manager, f"{axis}{end}") / h for axis in "xyz" for end in ("min", "max")}
-        along = {f"periodic_in_{axis}": bool(getattr(manager, f"periodic_in_{axis}")) for axis in "xyz"}
-        domain = DomainManager(**ends, **along, backend="cython")  # on a device too: this sum is the host's
-    nnps = LinkedListNNPS(dim=dim, particles=[pa], radius_scale=kernel.radius_scale, domain=domain)
-    x, y, z = (pa.get(axis, only_real_particles=False) for axis in "xyz")
-    from cyarray.carray import UIntArray
-
-    found = UIntArray()
-    cache = {}
-    for b in range(len(volume)):
-        nnps.get_nearest_particles(0, 0, b, found)
-        near = found.get_npy_array()
-        r = np.sqrt((x[near] - x[b]) ** 2 + (y[near] - y[b]) ** 2 + (z[near] - z[b]) ** 2)
-        total = 0.0
-        for distance in np.round(r, 9):  # a lattice has few distances: evaluate the kernel once for each
-            if distance not in cache:
-                cache[distance] = kernel.kernel(xij=[distance * h, 0.0, 0.0], rij=distance * h, h=h)
-            total += cache[distance]
-        volume[b] = 1.0 / total
-    return volume
+        for k, axis in enumerate("xyz"):
+            if getattr(manager, f"periodic_in_{axis}"):
+                first, last = (getattr(manager, f"{axis}{end}") / h for end in ("min", "max"))
+                size[k] = last - first
+                scaled[:, k] = np.mod(scaled[:, k] - first, size[k])
+                scaled[scaled[:, k] >= size[k], k] = 0.0  # where the remainder was rounded up
+    radii = np.linspace(0.0, kernel.radius_scale * (1.0 - 1e-12), KERNEL_NODES)  # a kernel may end with a step
+    W = Spline(radii, [kernel.kernel(xij=[r * h, 0.0, 0.0], rij=r * h, h=h) for r in radii])
+    tree, total = cKDTree(scaled, boxsize=size), np.zeros(len(scaled))
+    for first in range(0, len(scaled), NEIGHBOUR_CHUNK):
+        some = cKDTree(scaled[first:first + NEIGHBOUR_CHUNK], boxsize=size)
+        pairs = some.sparse_distance_matrix(tree, kernel.radius_scale, output_type="ndarray")
+        total[first:first + some.n] = np.bincount(pairs["i"], W(pairs["v"]), some.n)
+    return 1.0 / total
 
 
 def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None,
