@@ -1,5 +1,4 @@
 """The command ``pysph-boiling``: list and run the example scenes."""
-import argparse
 import importlib
 import os
 import sys
@@ -10,7 +9,7 @@ from functools import partial
 
 from pysph_boiling.checks import CheckFailed
 from pysph_boiling.examples import scene_class, scenes
-from pysph_boiling.names import as_typed, nearest
+from pysph_boiling.names import Parser, as_typed, nearest
 from pysph_boiling.threads import wait_briefly
 
 __all__ = ["main"]
@@ -31,7 +30,7 @@ def list_scenes(arguments):
     from rich.console import Console
     from rich.table import Table
 
-    argparse.ArgumentParser(prog="pysph-boiling list", description="List the scenes.").parse_args(arguments)
+    Parser(prog="pysph-boiling list", description="List the scenes.").parse_args(arguments)
     table = Table("scene", "what it shows")
     for name in scenes():
         module = importlib.import_module(f"pysph_boiling.examples.{name}")
@@ -48,7 +47,7 @@ def render(arguments):
     from pysph_boiling.analysis.surface import CAMERAS
     from pysph_boiling.files import Manifest
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling render")
+    parser = Parser(prog="pysph-boiling render")
     parser.add_argument("directory", help="output folder of a run")
     parser.add_argument("--colour", default=None, help="phase, temperature, bubble, speed or density; "
                         "in the surface view: bubble")

@@ -4,7 +4,7 @@ import difflib
 import re
 from numbers import Real
 
-__all__ = ["RENAMED", "Refused", "SchemeError", "add_renamed", "as_typed", "check_renamed", "current_name",
+__all__ = ["RENAMED", "Parser", "Refused", "SchemeError", "add_renamed", "as_typed", "check_renamed", "current_name",
            "current_quantity", "former_names", "nearest", "option", "unknown", "whole_number"]
 
 # Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
@@ -91,6 +91,30 @@ def add_renamed(parser, old, new):
     parser.add_argument(old, action=Refused, dest=old, default=argparse.SUPPRESS, reason=f"is called {new} now")
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser of a command line whose errors name the option or the choice that is nearest to what was typed."""
+
+    def parse_args(self, args=None, namespace=None):
+        options, left = self.parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}"
+                       + "".join(self.meant(token.partition("=")[0]) for token in left if token.startswith("--")))
+        return options
+
+    def meant(self, flag):
+        """What to say of an option that is not there: the nearest one, or nothing if none is similar."""
+        known = {name.lstrip("-"): name for name, action in self._option_string_actions.items()
+                 if not isinstance(action, Refused)}
+        return nearest(flag.lstrip("-"), known, known)
+
+    def _check_value(self, action, value):
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += nearest(value, action.choices)
+            raise
+
+
 class SchemeError(ValueError):
     """A scheme that cannot be built, and the remedy: ``python`` in terms of Python, ``option`` of the command line."""
 
@@ -105,10 +129,13 @@ def as_typed(error, slots):
                   getattr(error, "typed", str(error)))
 
 
-def nearest(name, known):
-    """``"; did you mean 'dam_break'?"`` with the known name most similar to ``name``; empty if none is similar."""
+def nearest(name, known, shown=None):
+    """``"; did you mean 'dam_break'?"`` with the known name most similar to ``name``; empty if none is similar.
+
+    ``shown`` maps known names to what is printed for them.
+    """
     found = difflib.get_close_matches(str(name), list(map(str, known)), n=1)
-    return f"; did you mean '{found[0]}'?" if found else ""
+    return f"; did you mean '{shown[found[0]] if shown else found[0]}'?" if found else ""
 
 
 def unknown(what, name, known):

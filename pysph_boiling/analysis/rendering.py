@@ -26,6 +26,7 @@ from pysph_boiling.analysis.drawing import (
     wall_colours,
 )
 from pysph_boiling.files import Manifest, output_files, read_output
+from pysph_boiling.names import nearest
 from pysph_boiling.phases import Phase, at_saturation
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
@@ -268,7 +269,7 @@ def _pick_colour(fluid, colour, view):
         wanted = ("bubble", "phase", "speed") if view == "3d" else ("phase", "speed")
         return next((c for c in wanted if have_all(fluid, *NEEDS[c])), "density")
     if colour not in COLOURS:
-        raise ValueError(f"colour must be one of {', '.join(COLOURS)}, got {colour!r}")
+        raise ValueError(f"colour must be one of {', '.join(COLOURS)}, got {colour!r}{nearest(colour, COLOURS)}")
     if not have_all(fluid, *NEEDS[colour]):
         raise ValueError(f"colour {colour!r} needs the properties {', '.join(NEEDS[colour])}, which the fluid lacks")
     return colour

@@ -28,6 +28,7 @@ from pysph_boiling.analysis.drawing import (
 )
 from pysph_boiling.analysis.drops import LINK, pieces
 from pysph_boiling.analysis.tracing import SOLID, VAPOUR, VESSEL, WATER, Surface, World, trace
+from pysph_boiling.names import nearest
 
 __all__ = ["CAMERAS", "camera_angles", "check_surface", "draw_surface"]
 
@@ -66,7 +67,7 @@ def camera_angles(camera):
         angles = []
     if len(angles) not in (2, 3) or not np.all(np.isfinite(angles)):
         raise ValueError(f"camera must be one of {', '.join(CAMERAS)}, or AZIMUTH,ELEVATION[,ZOOM] in degrees, got "
-                         f"{camera!r}")
+                         f"{camera!r}{nearest(camera, CAMERAS)}")
     azimuth, elevation, zoom = (*angles, 1.0)[:3]
     if not 0.0 <= elevation <= 90.0:
         raise ValueError(f"the camera's elevation must lie in 0 .. 90 degrees, got {elevation:g}")

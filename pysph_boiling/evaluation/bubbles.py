@@ -1,5 +1,4 @@
 """The command ``pysph-boiling bubbles``: how runs boil, from their folders."""
-import argparse
 import json
 from dataclasses import dataclass, fields
 from functools import partial
@@ -11,6 +10,7 @@ from pysph_boiling.analysis.departures import ENOUGH, Departed, departed
 from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.analysis.shapes import PIECE, free_bubbles
 from pysph_boiling.files import output_files
+from pysph_boiling.names import Parser
 from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.schemes.effects import PresetNucleation
 
@@ -101,7 +101,7 @@ def bubbles(arguments):
     from rich.progress import track
     from rich.table import Table
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling bubbles", description=bubbles.__doc__)
+    parser = Parser(prog="pysph-boiling bubbles", description=bubbles.__doc__)
     parser.add_argument("directories", nargs="+", metavar="DIR", help="output folder of a run")
     console = Console(highlight=False)
     for folder in parser.parse_args(arguments).directories:

@@ -9,7 +9,6 @@ each comparison, with bounds and their reason. Its ``case.py`` has three functio
 
 The bounds are read from the README before anything runs, so a run cannot change them.
 """
-import argparse
 import importlib.util
 import json
 import os
@@ -22,7 +21,7 @@ from time import process_time
 
 from pysph_boiling import __version__
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.names import add_renamed, unknown
+from pysph_boiling.names import Parser, add_renamed, unknown
 from pysph_boiling.report import markdown
 from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
@@ -241,7 +240,7 @@ def validate(arguments):
     from rich.console import Console
     from rich.markup import escape
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling validate", description="Compare the model with "
+    parser = Parser(prog="pysph-boiling validate", description="Compare the model with "
                                      "formulas, experiments and statistics of earlier runs.")
     parser.add_argument("case", nargs="*", metavar="CASE", help="cases to run; default all")
     add_report_options(

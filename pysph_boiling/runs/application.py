@@ -37,7 +37,7 @@ from pysph_boiling.schemes.effects import Heater, check_parameters, check_temper
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.forms import FORMS, chosen, forms_in
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
-from pysph_boiling.schemes.options import add_former_options
+from pysph_boiling.schemes.options import add_former_options, described
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.search import search_for
 
@@ -245,16 +245,15 @@ class SceneApplication(Application):
     def add_user_options(self, group):
         group.set_defaults(variant=None, zoltan_lb_method="RCB")  # ranks own boxes, which gives the fewest ghosts
         variants = group.add_mutually_exclusive_group()
-        for name in self.variants:
+        for name, given in self.variants.items():
+            sets = ", ".join(f"{option(f'scene.{parameter}')} {value}" for parameter, value in given.items())
             variants.add_argument(f"--{name}", dest="variant", action="store_const", const=name, default=None,
-                                  help=f"run the scene's variant '{name}'")
+                                  help=f"sets {sets}")
         for spec in dataclasses.fields(self.Parameters):
-            meta = spec.metadata
-            unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
-            name = f"scene.{spec.name}"
+            meta, name = spec.metadata, f"scene.{spec.name}"
             group.add_argument(option(name), dest=name, type=spec.type, default=None, choices=meta["choices"],
                                metavar=None if meta["choices"] else spec.name.upper(),
-                               help=f"{meta['meaning']}{unit}; default {spec.default}".replace("%", "%%"))
+                               help=described(meta, spec.default))
             add_former_options(group, name)
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(
@@ -514,7 +513,7 @@ class SceneApplication(Application):
 
     def _setup_argparse(self):
         super()._setup_argparse()
-        pysph_options.settle(self.arg_parse)
+        pysph_options.settle(self.arg_parse, self.scheme)
 
     def _parse_command_line(self, force=False):
         if not hasattr(self, "options") or force:

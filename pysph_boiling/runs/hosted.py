@@ -20,7 +20,7 @@ class HostedApplication(Application):
     def _setup_argparse(self):
         super()._setup_argparse()
         pysph_options.settle(
-            self.arg_parse, also={"--restart-file": "PySPH's own reader would execute code in the file"})
+            self.arg_parse, self.scheme, also={"--restart-file": "PySPH's own reader would execute code in the file"})
 
     def consume_user_options(self):
         pysph_options.check(self.options)

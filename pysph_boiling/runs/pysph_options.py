@@ -7,6 +7,7 @@ import re
 from itertools import pairwise
 
 from pysph_boiling.names import Refused, nearest
+from pysph_boiling.runs.scene_help import SceneParser
 
 __all__ = ["KERNELS", "REFUSED", "SEARCHES", "WORKS", "asks_for_ours", "check_switches", "settle", "table"]
 
@@ -124,8 +125,11 @@ def schedule(text):
     return text
 
 
-def settle(parser, also=None):
-    """Remove refused options (those in ``also`` too) and choices with wrong results from PySPH's ``parser``."""
+def settle(parser, scheme, also=None):
+    """Remove refused options (those in ``also`` too) and choices with wrong results from PySPH's ``parser``.
+
+    Its help becomes that of :class:`SceneParser`, with the effects of ``scheme``.
+    """
     parser._negative_number_matcher = NEGATIVE
     inherited = parser._option_string_actions
     ours = parser.add_argument_group("Kernel, search and threads", conflict_handler="resolve")
@@ -139,7 +143,8 @@ def settle(parser, also=None):
     ours.add_argument("--omp-schedule", dest="omp_schedule", default="dynamic,64", type=schedule, metavar="KIND,CHUNK",
                       help="how threads share a loop: static, dynamic or guided, a comma, and the chunk size")
     parser.description = "Run one scene. docs/ranks.md says how to run it on several MPI ranks."
-    parser.formatter_class = argparse.HelpFormatter  # each text names its default
+    parser.__class__ = SceneParser
+    parser.take_over(WORKS, scheme)
     for flag, text in WORKS.items():
         if text and flag not in (also or {}):
             inherited[flag].help = help_text(text)
@@ -201,9 +206,9 @@ def table():
     return "\n".join([
         "# PySPH's own options", "",
         "Every scene is a PySPH application and inherits PySPH's command-line options. This page lists those that",
-        "work, and those that are refused with the reason. Refused options do not appear in `--help`. The options of",
-        "the scene and of its effects are our own: `pysph-boiling run SCENE --help` lists them with units, defaults",
-        "and bounds.",
+        "work, and those that are refused with the reason. Refused options do not appear in `--help pysph`. The",
+        "options of the scene and of its effects are our own: `pysph-boiling run SCENE --help` shows the main ones,",
+        "`--help scene`, `--help effects` and `--help NAME` (of an effect) all others, with units, defaults, bounds.",
         "", "The tables are those of `pysph_boiling/runs/pysph_options.py`; a test compares them with PySPH's parser.",
         "", "| works | what it does |", "|---|---|", *rows,
         "", "| refused | why |", "|---|---|", *refused, ""])

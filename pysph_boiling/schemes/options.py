@@ -4,7 +4,7 @@ import dataclasses
 from pysph_boiling.names import add_renamed, former_names, option
 from pysph_boiling.schemes.effects import EFFECTS
 
-__all__ = ["add_former_options", "add_options", "apply_options", "option_table"]
+__all__ = ["add_former_options", "add_options", "apply_options", "described", "option_table"]
 
 
 def add_former_options(group, name, prefix=""):
@@ -48,7 +48,8 @@ def _parser_type(spec):
     return {bool: _boolean, int: int, str: str, float: float}.get(spec.type, _numbers)
 
 
-def _help(meta, default):
+def described(meta, default):
+    """The help of a parameter, from its metadata: ``temperature [K] (> 0.0); default 400.0``."""
     bounds = [f"{word} {meta[key]}" for key, word in (("above", ">"), ("low", ">="), ("high", "<="))
               if meta[key] is not None]
     unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
@@ -71,7 +72,7 @@ def add_options(group, slots):
     for slot, name, flag, spec in option_table(slots):
         choices = spec.metadata["choices"]
         group.add_argument(flag, dest=f"{slot}.{name}", type=_parser_type(spec), default=None, choices=choices,
-                           metavar=None if choices else name.upper(), help=_help(spec.metadata, spec.default))
+                           metavar=None if choices else name.upper(), help=described(spec.metadata, spec.default))
         add_former_options(group, f"{slot}.{name}")
 
 

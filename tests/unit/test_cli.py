@@ -1,10 +1,13 @@
 """What the command line says: whole sentences, plain words, and one line where a run is interrupted."""
 import importlib
 import inspect
+from pathlib import Path
 
 import pytest
 
 from pysph_boiling import cli
+from pysph_boiling.analysis.rendering import _pick_colour
+from pysph_boiling.analysis.surface import camera_angles
 from pysph_boiling.evaluation import validate
 from pysph_boiling.runs.progress import Stopped
 
@@ -56,3 +59,17 @@ def test_validate_says_at_once_that_it_needs_a_checkout(tmp_path, monkeypatch, c
     err = capsys.readouterr().err
     assert "validate needs a checkout of the repository" in err and "clone the repository and run it there" in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("call", "meant"), [
+    (lambda: _pick_colour([], "temprature", "2d"), "temperature"), (lambda: camera_angles("cornr"), "corner")])
+def test_names_that_are_checked_when_it_is_drawn_have_their_nearest_too(call, meant):
+    with pytest.raises(ValueError, match=f"; did you mean '{meant}'"):
+        call()
+
+
+def test_every_command_has_the_parser_that_names_the_nearest_option():
+    package = Path(cli.__file__).parent
+    own = {"names.py", "lint.py"}  # the parser itself, and a tool that stands alone
+    found = {path.name for path in package.rglob("*.py") if "ArgumentParser(" in path.read_text()}
+    assert found <= own

@@ -1,5 +1,4 @@
 """The command ``pysph-boiling accuracy``, which measures what accuracy costs in computing time on this machine."""
-import argparse
 import os
 import statistics
 import time
@@ -11,6 +10,7 @@ from pysph_boiling.evaluation.accuracy.front import cheapest
 from pysph_boiling.evaluation.accuracy.knobs import STUDIES, studies
 from pysph_boiling.evaluation.accuracy.measure import Points
 from pysph_boiling.evaluation.accuracy.results import find, percent, write_points
+from pysph_boiling.names import Parser
 from pysph_boiling.report.markdown_page import write_report
 from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import Wording, write_page
@@ -118,7 +118,7 @@ def accuracy(arguments):
     """
     from rich.console import Console
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling accuracy", description=(
+    parser = Parser(prog="pysph-boiling accuracy", description=(
         "Measure the error and the computing time for every setting that matters."))
     parser.add_argument("study", nargs="*", metavar="STUDY", help=f"studies to run, default all of: "
                         f"{', '.join(STUDIES)}")

@@ -1,12 +1,11 @@
 """The command ``pysph-boiling reproduce``."""
-import argparse
 import os
 from pathlib import Path
 
 from pysph_boiling.evaluation.reproduce.figure import figures
 from pysph_boiling.evaluation.reproduce.runs import perform
 from pysph_boiling.evaluation.reproduce.wording import PAPER
-from pysph_boiling.names import unknown
+from pysph_boiling.names import Parser, unknown
 from pysph_boiling.report.markdown_page import take_up, write_report
 from pysph_boiling.report.options import add_report_options, refuse_quick
 from pysph_boiling.report.page import origin, write_page
@@ -50,7 +49,7 @@ def reproduce(arguments):
     from rich.console import Console
 
     known = figures()
-    parser = argparse.ArgumentParser(prog="pysph-boiling reproduce", description=(
+    parser = Parser(prog="pysph-boiling reproduce", description=(
         "Reproduce figures and tables of the paper, and compare each with the statements of the paper."))
     parser.add_argument("figure", nargs="*", metavar="FIGURE",
                         help=f"figures and tables, default all of: {', '.join(known)}")

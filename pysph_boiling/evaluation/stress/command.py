@@ -1,5 +1,4 @@
 """The command ``pysph-boiling stress``, which runs difficult cases, judges them and prints a table."""
-import argparse
 import fnmatch
 from dataclasses import asdict, dataclass
 
@@ -9,7 +8,7 @@ from pysph_boiling.checks import CheckFailed
 from pysph_boiling.evaluation.stress.case import simulate
 from pysph_boiling.evaluation.stress.cases import all_cases
 from pysph_boiling.evaluation.stress.judge import judge, load_bounds
-from pysph_boiling.names import unknown
+from pysph_boiling.names import Parser, unknown
 from pysph_boiling.report import markdown
 from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
@@ -158,7 +157,7 @@ def stress(arguments):
     from rich.console import Console
     from rich.table import Column
 
-    parser = argparse.ArgumentParser(prog="pysph-boiling stress", description=(
+    parser = Parser(prog="pysph-boiling stress", description=(
         "Run difficult cases, and judge by fixed bounds whether they stay stable."))
     parser.add_argument("case", nargs="*", metavar="CASE", help="names of cases, or patterns for them; default all")
     add_report_options(parser, quick="run short forms of the cheap cases", report="write the table to this file",
