@@ -30,10 +30,11 @@ setup(
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", "pyvista", *VIEW, *OPENCL, *DOCS, NVRTC],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", "pyvista", "xarray", *VIEW, *OPENCL, *DOCS, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "view": VIEW,
+        "analysis": ["xarray"],
         "docs": DOCS,
     },
     entry_points={"console_scripts": ["pysph-boiling = pysph_boiling.cli:main"]},

@@ -449,6 +449,11 @@ def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
     return points
 
 
+def in_order(places):
+    """Places of sites (n, 3) in the order in which sites are numbered: by their coordinates, x first."""
+    return places[np.lexsort(places.T[::-1])]
+
+
 def sites_on_disc(count, *, radius, pattern="regular", seed=0):
     """Positions (count, 3) [m] of preset nucleation sites on a round floor of ``radius`` [m] about the origin (3-D).
 

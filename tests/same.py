@@ -2,7 +2,7 @@
 import numpy as np
 
 from pysph_boiling.files import output_files, read_output
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 __all__ = ["assert_same_end", "assert_same_results"]
 

@@ -14,7 +14,7 @@ from PIL import Image
 
 from pysph_boiling.analysis.rendering import DPI, MARGINS, draw_scene
 from pysph_boiling.analysis.surface import draw_surface
-from pysph_boiling.evaluation.reproduce.runs import Result
+from pysph_boiling.results import load_run
 
 ROOT = Path(__file__).parents[1]
 WORK, PAGE, PICTURES = ROOT / "build" / "boils", ROOT / "docs" / "boils.md", ROOT / "docs" / "images"
@@ -42,11 +42,11 @@ def run(name):
 
 def draw(name):
     """A sheet of slices, with the view as water below each."""
-    result, drawn = Result(None, WORK / name), WORK / "moment.png"
+    result, drawn = load_run(WORK / name), WORK / "moment.png"
     common, columns = dict(dim=3, spacing=result.record["spacing"]), []
     for wanted in BOILS[name][2]:
-        arrays, t = result.arrays(wanted)
-        part = draw_scene(arrays, drawn, t=t, **common)
+        arrays = result.particles(wanted)
+        part = draw_scene(arrays, drawn, t=arrays.time, **common)
         with Image.open(part) as picture:
             plain = 0, 0, picture.width - round(DPI * MARGINS.right) + 4, picture.height  # without the legend
         upper = load(part, plain, WIDTH, 10 * WIDTH)  # before the next picture takes its place
@@ -67,8 +67,8 @@ def command(name):
 
 def row(name):
     """The row of a run in the table."""
-    result = Result(None, WORK / name)
-    record, table = result.record, result.table
+    result = load_run(WORK / name)
+    record, table = result.record, result.results
     seconds = record["timed"]["seconds"] / record["timed"]["steps"]
     frame = round(record["parameters"]["frame"]["value"] / record["dt"])
     worst = [float(np.max(np.abs(table[column]))) for column in ("energy_residual", "mass_residual")]

@@ -14,8 +14,8 @@ from pictures import load
 from PIL import Image
 
 from pysph_boiling.analysis.rendering import DPI, MARGINS, draw_scene
-from pysph_boiling.evaluation.reproduce.runs import Result
 from pysph_boiling.names import option
+from pysph_boiling.results import SavedRun, load_run
 from pysph_boiling.schemes.forms import FORMS
 
 ROOT = Path(__file__).parents[1]
@@ -34,11 +34,11 @@ WIDTH = 260  # of a picture [pixel]
 def result(name):
     """The finished run of that name."""
     folder = WORK / name.replace(", ", "_").replace(" ", "_")
-    if not (folder / "run.json").exists() or not Result(None, folder).record["completed"]:
+    if not (folder / "run.json").exists() or not SavedRun(folder).completed:
         WORK.mkdir(parents=True, exist_ok=True)
         subprocess.run([sys.executable, "-m", "pysph_boiling", "run", *SCENE, *RUNS[name], "--no-pictures", "-d",
                         str(folder)], check=True)
-    return Result(None, folder)
+    return load_run(folder)
 
 
 def vaporised(table):
@@ -61,7 +61,7 @@ def table_of_forms():
 def table_of_runs(results):
     rows = ""
     for name, run in results.items():
-        table = run.table
+        table = run.results
         whole = [n for _, n in run.record["vents"] if n >= WHOLE]
         leak, heat = table["energy_model_leak"][-1], table["energy_heater"][-1]
         sizes = f"{min(whole)} to {max(whole)}" if whole else "none"
@@ -83,7 +83,7 @@ def plot(results):
                                  ("net particles vaporised", "highest temperature [K]")):
         for name, run in results.items():
             style = styles.get(name, dict(color="0.6", lw=1.0))  # further seeds are grey
-            ax.plot(run.table["t"], values(run.table), label=name, **style)
+            ax.plot(run.results["t"], values(run.results), label=name, **style)
         ax.set(xlabel="time [s]", ylabel=label)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside right center", fontsize=8, frameon=False)
     figure.savefig(PICTURES / "forms_history.png", dpi=110)
@@ -95,8 +95,8 @@ def draw(results):
     for name in ("ours", "paper"):
         run, row = results[name], []
         for wanted in TIMES:
-            arrays, t = run.arrays(wanted)
-            part = draw_scene(arrays, drawn, t=t, dim=3, spacing=run.record["spacing"])
+            arrays = run.particles(wanted)
+            part = draw_scene(arrays, drawn, t=arrays.time, dim=3, spacing=run.record["spacing"])
             with Image.open(part) as picture:
                 plain = 0, 0, picture.width - round(DPI * MARGINS.right) + 4, picture.height  # without the legend
             row.append(load(part, plain, WIDTH, 10 * WIDTH))

@@ -1,7 +1,7 @@
 """The level of the liquid in a pool, which splashes do not affect."""
 import numpy as np
 
-from pysph_boiling.analysis.rendering import load_output
+from pysph_boiling.files import load_output
 
 __all__ = ["level_history", "surface_level"]
 

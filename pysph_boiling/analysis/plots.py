@@ -28,7 +28,7 @@ def plot_history(results, path, dim=3):
     Parameters
     ----------
     results : mapping   Column name -> array (n,), n >= 1, in SI units, as returned by
-        :func:`pysph_boiling.runs.ledger.load_results`; ``t`` [s] is required. Counts of events, ``energy_in`` and
+        :func:`pysph_boiling.results.load_results`; ``t`` [s] is required. Counts of events, ``energy_in`` and
         ``energy_out`` [J] are totals since the start, density errors are fractions [-].
     path                Path of the PNG file to write.
     dim : int           In 2-D, energies are in J and masses in kg per metre of depth.

@@ -1,6 +1,5 @@
 """Pictures of particles: one moment, all frames of a run, or a contact sheet of frames; and files for ParaView.
 """
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,12 +24,12 @@ from pysph_boiling.analysis.drawing import (
     view_bounds,
     wall_colours,
 )
-from pysph_boiling.files import Manifest, output_files, read_output
+from pysph_boiling.files import Manifest, load_output, output_files, run_record
 from pysph_boiling.names import nearest
 from pysph_boiling.phases import Phase, at_saturation
 
 __all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
-           "load_output", "needed", "render_run", "write_paraview"]
+           "needed", "render_run", "write_paraview"]
 
 PALE = 0.55  # mixed with this much white, liquid does not distract from coloured bubbles
 
@@ -130,8 +129,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     overwritten; and those of the function that draws.
     """
     files = _output_files(output_dir, every)
-    record = Path(output_dir) / "run.json"
-    run = json.loads(record.read_text()) if record.exists() else {}
+    run = run_record(output_dir)
     samples = [by_role(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
     dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
     spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
@@ -249,15 +247,6 @@ def _output_files(output_dir, every):
     if not files:
         raise FileNotFoundError(f"there are no particle files (HDF5) in {output_dir}")
     return files
-
-
-def load_output(file):
-    """Arrays and time [s] of an output file, without properties that the file names but does not store."""
-    arrays, solver_data = read_output(file)
-    for pa in arrays.values():
-        for name in set(pa.properties) - set(pa.output_property_arrays) - {"x", "y", "z", "tag", "gid", "pid"}:
-            pa.remove_property(name)
-    return arrays, float(solver_data["t"])
 
 
 NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T",), "speed": ("u", "v", "w"),

@@ -5,7 +5,7 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
 from pysph_boiling.analysis.drops import pieces
-from pysph_boiling.analysis.rendering import load_output
+from pysph_boiling.files import load_output
 from pysph_boiling.particles import positions
 from pysph_boiling.phases import Phase
 from pysph_boiling.schemes.vapour import nearest_image

@@ -1,17 +1,14 @@
 """The command ``pysph-boiling bubbles``: how runs boil, from their folders."""
-import json
 from dataclasses import dataclass, fields
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from pysph_boiling.analysis.departures import ENOUGH, Departed, departed
-from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.analysis.shapes import PIECE, free_bubbles
-from pysph_boiling.files import output_files
+from pysph_boiling.files import load_output
 from pysph_boiling.names import Parser
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import diameter, load_run
 from pysph_boiling.schemes.effects import PresetNucleation
 
 __all__ = ["Boil", "boil", "bubbles"]
@@ -40,33 +37,26 @@ def boil(folder, *, track=iter):
 
     Errors: ``FileNotFoundError`` for a folder without a run, ``ValueError`` for a run without preset sites.
     """
-    record = Path(folder) / "run.json"
-    if not record.exists():
-        raise FileNotFoundError(f"there is no run.json in {folder}")
-    run = json.loads(record.read_text())
-    recorded = run["effects"].get("preset_nucleation")
+    run = load_run(folder, unfinished=True)
+    record = run.record
+    recorded = record["effects"].get("preset_nucleation")
     if recorded is None:
         raise ValueError(f"the run in {folder} has no preset sites, so no bubble departs from one")
     nucleation = PresetNucleation(**{spec.name: recorded[spec.name]["value"] for spec in fields(PresetNucleation)
                                      if spec.name in recorded})
-    table, dim, spacing = load_results(folder), int(run["dim"]), float(run["spacing"])
+    table, dim, spacing = run.results, run.dim, run.spacing
     end = float(table["t"][-1])
-    found = departed(run["departures"], end)
+    found = departed(record["departures"], end)
     begin = found.begin if len(found.sizes) else float(table["t"][0])
     made = np.diff(np.interp([begin, end], table["t"], table["n_nucleated"] - table.get("n_condensed", 0.0)))[0]
     free = []
-    for file in track(output_files(folder)):
+    for file in track(run.files):
         arrays, _ = load_output(file)
         walls = [pa for name, pa in arrays.items() if "wall" in name]
         base = max(float(np.max(pa.get("xyz"[dim - 1]))) for name, pa in arrays.items() if "site" in name)
         free += free_bubbles(arrays["fluid"], walls, dim=dim, spacing=spacing, floor=base + nucleation.reach * spacing)
-    return Boil(dim, spacing, int(run["particles"]["sites"]), found, tuple(free),
+    return Boil(dim, spacing, int(record["particles"]["sites"]), found, tuple(free),
                 float(made) / (end - begin) if end > begin else 0.0)
-
-
-def diameter(n, dim):
-    """Diameter [spacings] of a disc or ball of ``n`` particles."""
-    return np.sqrt(4.0 * n / np.pi) if dim == 2 else np.cbrt(6.0 * n / np.pi)
 
 
 def rows(found):

@@ -135,6 +135,7 @@ class ReuseWCSPH(HostedApplication):
         """What ``run.json`` says of the run."""
         return {"scene": self.fname, "scheme": type(self.scheme).__name__, "mode": self.options.mode, "dim": 2,
                 "spacing": SPACING, "steps": self.solver.count, "completed": True, "departures": self.departures,
+                "columns": self.ledger.described(),
                 "effects": {slot: repr(effect) for slot, effect in self.guest.scheme.effects.items()}, **origin()}
 
     def check_final(self):

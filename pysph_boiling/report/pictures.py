@@ -22,9 +22,9 @@ def sheet(cells, path, caption, *, columns=None, **options):
     with TemporaryDirectory() as folder:
         frames = []
         for number, (result, t, title) in enumerate(cells):
-            arrays, time = result.arrays(t)
-            frames.append(draw_scene(arrays, Path(folder) / f"{number}.png", dim=result.record["dim"], t=time,
-                                     spacing=result.record["spacing"], title=title, **options))
+            particles = result.particles(t)
+            frames.append(draw_scene(particles, Path(folder) / f"{number}.png", dim=result.dim, t=particles.time,
+                                     spacing=result.spacing, title=title, **options))
         contact_sheet(frames, path, columns=columns or min(3, len(frames)), count=len(frames))
     return Picture(path.name, caption)
 
@@ -33,8 +33,8 @@ def rendered(result, t, path, caption):
     """Draw a moment with its reconstructed surface (3-D); returns the :class:`Picture`."""
     from pysph_boiling.analysis.surface import draw_surface
 
-    arrays, time = result.arrays(t)
-    draw_surface(arrays, path, dim=result.record["dim"], spacing=result.record["spacing"], t=time)
+    particles = result.particles(t)
+    draw_surface(particles, path, dim=result.dim, spacing=result.spacing, t=particles.time)
     return Picture(Path(path).name, caption)
 
 

@@ -159,7 +159,7 @@ class SceneApplication(Application):
 
     def measured(self):
         """The results of :meth:`measure` at each output, in order of time; from memory if no files are written."""
-        from pysph_boiling.analysis.rendering import load_output
+        from pysph_boiling.files import load_output
 
         if not self.options.disable_output:
             return [self.measure(*moment) for moment in map(load_output, self.output_files)]
@@ -690,10 +690,14 @@ class SceneApplication(Application):
 
     @functools.cached_property
     def recorded(self):
-        """The parameters and the effects for ``run.json``."""
-        return {"parameters": self.recorded_parameters(),
+        """The columns of ``results.npz``, the heated area, the parameters and the effects, for ``run.json``."""
+        scheme = self.scheme
+        heated = {"heated_area": {"unit": "m^2" if scheme.dim == 3 else "m", "value": scheme.effects["heater"].area(
+            scheme.scene(), {pa.name: pa for pa in self.particles})}} if "heater" in scheme.effects else {}
+        return {"columns": self.ledger.described(), **heated,
+                "parameters": self.recorded_parameters(),
                 "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
-                            for slot, effect in self.scheme.effects.items()}}
+                            for slot, effect in scheme.effects.items()}}
 
     def recorded_parameters(self):
         """Parameters for ``run.json``; ``replaced_by`` names the option of an effect that overrides one."""

@@ -8,7 +8,6 @@ found by subtraction, so the residual measures how well the scheme conserves ene
 import json
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from pysph.solver.tools import Tool
@@ -18,7 +17,7 @@ from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes.effects import Column, Effect, Snapshot, sum_over, totals
 
-__all__ = ["GuestLedger", "Ledger", "load_results", "save_results", "write_json"]
+__all__ = ["GuestLedger", "Ledger", "save_results", "write_json"]
 
 START = {"ledger_energy": "energy", "ledger_mass": "mass", "ledger_count": "count"}  # constants with values at t = 0
 
@@ -28,37 +27,6 @@ def save_results(path, table):
     data = npz(table)
     with whole(path) as part:
         part.write_bytes(data)
-
-
-def load_results(path):
-    """Read ``results.npz`` (the file, or the folder that holds it) as a dict of columns: name -> array (rows,).
-
-    >>> from tempfile import TemporaryDirectory
-    >>> import numpy as np
-    >>> from pysph_boiling.runs.ledger import load_results, save_results
-    >>> with TemporaryDirectory() as folder:  # the folder of a finished run has such a file
-    ...     save_results(f"{folder}/results.npz", {"t": np.array([0.0, 0.1]), "n_vapour": np.array([0.0, 7.0])})
-    ...     results = load_results(folder)
-    >>> results["n_vapour"].max()
-    np.float64(7.0)
-
-    Errors: ``FileNotFoundError``; ``ValueError`` for a file that is truncated or is not a table of results. No code in
-    the file is executed.
-    """
-    path = Path(path)
-    path = path / "results.npz" if path.is_dir() else path
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            table = {name: data[name] for name in data.files}
-    except FileNotFoundError:
-        raise
-    except Exception as error:  # zipfile, zlib and NumPy raise many kinds of errors for a broken file
-        raise ValueError(f"{path} is not a complete results table: {error}") from None
-    if "t" not in table or len({values.shape for values in table.values()}) != 1 or any(
-            values.ndim != 1 or values.dtype.kind not in "iufb" for values in table.values()):
-        raise ValueError(f"{path} is not a results table: it has no column t, or its columns are not one-dimensional "
-                         "arrays of numbers of equal length")
-    return table
 
 
 def write_json(path, data):
@@ -120,7 +88,7 @@ class Ledger(Tool):
         self.columns = [*self._own_columns(), *scheme.effect_rows("columns")]
         self.values = [(column.name, column.value) for column in self.columns]
         self.storing = [effect for effect in scheme.effects.values() if type(effect).stored is not Effect.stored]
-        self.rows, self.now = Rows(), None
+        self.rows, self.now, self.time = Rows(), None, (0.0, 0.0)
         self.warned = False
 
     def check(self, arrays):
@@ -216,6 +184,8 @@ class Ledger(Tool):
                 start, scene.particle_mass)  # a vessel may start empty
 
         columns = [
+            Column("t", "s", "time at the end of the step", lambda arrays, scene: self.time[0]),
+            Column("dt", "s", "time step", lambda arrays, scene: self.time[1]),
             Column("mass", "kg", "mass of the domain", lambda arrays, scene: self.mass(arrays)),
             Column("mass_out", "kg", "mass vented since the start", lambda arrays, scene: self.mass_out(arrays)),
             Column("mass_in", "kg", "mass that flowed in since the start", lambda arrays, scene: self.mass_in(arrays)),
@@ -223,7 +193,8 @@ class Ledger(Tool):
         ]
         if self.thermal:
             columns += [
-                Column("energy", "J", "enthalpy of the domain", lambda arrays, scene: self.energy(arrays)),
+                Column("energy", "J", "enthalpy of the domain, 0 for saturated liquid",
+                       lambda arrays, scene: self.energy(arrays)),
                 Column("energy_in", "J", "energy in since the start", lambda arrays, scene: self.balanced[0]),
                 Column("energy_out", "J", "energy out since the start", lambda arrays, scene: self.balanced[1]),
                 Column("energy_model_leak", "J", "energy created by the paper's literal formulas since the start",
@@ -233,7 +204,7 @@ class Ledger(Tool):
                 Column("heat_subcycles", "-", "heat substeps in the last step",
                        lambda arrays, scene: float(self.scheme.integrator.heat_subcycles)),
             ]
-            columns += [Column(flow.name, "J", "energy since the start, positive in the direction of its definition",
+            columns += [Column(flow.name, "J", flow.meaning,
                                lambda arrays, scene, flow=flow: self.flow(arrays, flow))
                         for flow in self.flows if not flow.leak]
         return columns
@@ -243,10 +214,8 @@ class Ledger(Tool):
         arrays = self.moment(self.scheme.arrays)
         if self.thermal:
             self.balanced = self.balance(arrays)  # once for the four columns that show a part of it
-        row, scene = {"t": t, "dt": dt}, self.scene
-        for name, value in self.values:
-            row[name] = value(arrays, scene)
-        return row
+        self.time = t, dt
+        return {name: value(arrays, self.scene) for name, value in self.values}
 
     def pre_step(self, solver):
         if solver.count % self.every and self.rows and self.rows[-1]["t"] >= solver.t * (1.0 - 1e-12):
@@ -270,10 +239,15 @@ class Ledger(Tool):
             warnings.warn(f"at t = {row['t']:.4g} s no particle was within reach of the heater, so its energy was not "
                           "delivered (column energy_undelivered of the results)", stacklevel=2)
 
+    def described(self):
+        """Unit and meaning of each column, for ``run.json``: name -> {"unit": ..., "meaning": ...}."""
+        return {column.name: {"unit": column.unit_in(self.scene.dim), "meaning": column.meaning}
+                for column in self.columns}
+
     def table(self):
         """The results so far as columns: name -> array (rows,)."""
         if not self.rows:
-            return {name: np.zeros(0) for name in ("t", "dt", *(column.name for column in self.columns))}
+            return {column.name: np.zeros(0) for column in self.columns}
         return self.rows.table()
 
     def save(self):

@@ -11,7 +11,7 @@ import numpy as np
 
 from pysph_boiling.files import read_output, run_record, step_of
 from pysph_boiling.names import current_name, current_quantity, option
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 __all__ = ["Resumed", "Setting", "scheme_settings", "settings", "with_units"]
 

@@ -9,6 +9,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.native import counts
 from pysph_boiling.parallel import ranks
+from pysph_boiling.particles import in_order
 from pysph_boiling.schemes.effects.base import computed_once
 from pysph_boiling.schemes.vapour import Vapour, nearest_image
 
@@ -65,7 +66,7 @@ class Departures(Tool):
             places = ranks.gather(np.concatenate([
                 np.stack([pa.get(axis, only_real_particles=True) for axis in "xyz"], -1)
                 for pa in solver.particles if pa.name in self.scheme.sites]))[0]
-            self.sites = places[np.lexsort(places.T[::-1])]
+            self.sites = in_order(places)
             self.base = float(np.max(self.sites @ self.up))
             self.attached = self.look()[-1]
 

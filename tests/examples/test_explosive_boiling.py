@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.level import level_history
-from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
+from pysph_boiling.files import load_output
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--duration", "0.6", "--seed", "1"]
 

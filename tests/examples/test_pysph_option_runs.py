@@ -8,7 +8,7 @@ import pytest
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.examples.heated_slab import HeatedSlab
 from pysph_boiling.files import output_files, read_output
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 from pysph_boiling.runs.pysph_options import SEARCHES
 
 SCENES = {"dam_break": (DamBreak, ["--quick", "--max-steps", "20"]), "heated_slab": (HeatedSlab, ["--tf", "20"])}

@@ -8,7 +8,7 @@ from pysph.solver.utils import get_files, load
 from same import assert_same_end, assert_same_results
 
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--sites", "2", "--pattern", "regular",
          "--smallest-cavity", "0", "--subcooling", "0.1", "--duration", "1.2", "--frame", "0.1", "--no-pictures",

@@ -10,7 +10,7 @@ from pysph_boiling import cli
 from pysph_boiling.examples import reuse_wcsph, scene_class
 from pysph_boiling.files import last_output, read_output
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results, load_run
 
 HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_edac": "EDACScheme", "reuse_iisph": "IISPHScheme"}
 
@@ -34,7 +34,8 @@ def test_a_vessel_boils_in_pysphs_scheme(name, tmp_path, monkeypatch):
     own = host.get_equations()
     assert len(application.equations) == len(own) + 1  # one group of ours, which calls the guest
 
-    table = load_results(tmp_path)
+    table = load_run(tmp_path).results
+    assert all(table.unit(column) and table.meaning(column) for column in table)
     assert table["n_nucleated"][-1] >= 4 and 1 <= table["n_bubbles"][-1] <= 3  # at both sites
     assert table["energy_heater"][-1] > 0.0 and np.max(np.abs(table["energy_residual"])) <= 1e-12
     assert np.max(np.abs(table["mass_residual"])) <= 1e-12

@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from pysph_boiling.analysis.rendering import load_output
 from pysph_boiling.analysis.shapes import hole
 from pysph_boiling.examples.bubble_ring import BubbleRing
 from pysph_boiling.examples.pulsating_boil import PulsatingBoil
+from pysph_boiling.files import load_output
 from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import fluid_array
 from pysph_boiling.phases import Phase

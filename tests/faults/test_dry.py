@@ -7,12 +7,13 @@ from harness import Stepper
 from sets import scheme
 
 from pysph_boiling.analysis.level import level_history
-from pysph_boiling.analysis.rendering import draw_scene, load_output
+from pysph_boiling.analysis.rendering import draw_scene
 from pysph_boiling.cli import main
-from pysph_boiling.files import output_files, read_output
+from pysph_boiling.files import load_output, output_files, read_output
 from pysph_boiling.particles import box_vessel, fluid_block, site_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.ledger import Ledger, load_results
+from pysph_boiling.results import load_results
+from pysph_boiling.runs.ledger import Ledger
 from pysph_boiling.schemes.effects import Refill
 
 POT = ["run", "steady_boiling", "--flat", "--width", "8", "--fill", "6", "--sites", "2", "--smallest-cavity", "0",

@@ -10,7 +10,7 @@ from pysph.solver.utils import dump
 
 from pysph_boiling.cli import main
 from pysph_boiling.files import check_output, last_output, output_files, read_output
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 
 class Harm:

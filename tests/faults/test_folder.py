@@ -8,7 +8,7 @@ import pytest
 
 from pysph_boiling.cli import main
 from pysph_boiling.files import Manifest, output_files, read_output
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 OURS = {"MANIFEST", "dam_break.info", "dam_break.log", "profile_info.csv", "results.npz", "run.json"}
 FRAME = 6  # steps between two particle files

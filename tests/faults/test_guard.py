@@ -15,7 +15,7 @@ from pysph_boiling.files import output_files, read_output
 from pysph_boiling.materials import WATER_1ATM as WATER
 from pysph_boiling.particles import fluid_block, site_array, wall_array
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.reductions import GENERAL, CompiledReductions
 

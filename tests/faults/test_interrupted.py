@@ -15,7 +15,7 @@ from same import assert_same_results
 
 from pysph_boiling.files import check_output, output_files, read_output
 from pysph_boiling.phases import Phase
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 from pysph_boiling.runs.progress import Interrupt, Stopped
 
 # within .7 s this pool vaporises, bursts, merges, vents and, once its heater is off, condenses; it writes every 5 steps

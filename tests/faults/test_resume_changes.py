@@ -8,8 +8,8 @@ import pytest
 from pysph_boiling.cli import main
 from pysph_boiling.examples import scene_class, scenes
 from pysph_boiling.files import output_files, read_output
+from pysph_boiling.results import load_results
 from pysph_boiling.runs.application import SceneApplication
-from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.runs.resume import compare, settings, stored_settings, with_units
 
 SCENES = [name for name in scenes() if issubclass(scene_class(name), SceneApplication)]

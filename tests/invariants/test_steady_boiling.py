@@ -12,6 +12,7 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
 from pysph_boiling.particles import NO_BUBBLE
+from pysph_boiling.results import load_run
 
 SMALL = ["--flat", "--width", "30", "--fill", "16", "--sites", "3", "--pattern", "regular", "--smallest-cavity",
          "0", "--duration", "2.5", "--seed", "3"]
@@ -112,6 +113,20 @@ def test_files_of_a_run(small_run):
     assert run["facts"]["A (heat relative to motion)"]["value"] == 1000.0
     assert all(seconds > 0.0 for stage, seconds in run["wall_time"].items() if stage != "unit")
     assert not list(folder.glob("*.tmp*")), "temporary files are left"
+
+
+def test_run_is_read_again_with_units_particles_and_events(small_run):
+    saved, fluid = load_run(small_run.output_dir), small_run.scheme.arrays[0]
+    assert all(saved.results.unit(name) and saved.results.meaning(name) for name in saved.results)
+    assert saved.results.unit("energy_heater") == "J/m" and saved.settings["heater.temperature"] == 433.15
+    last = saved.particles(small_run.solver.t)
+    assert last.time == pytest.approx(2.5) and np.array_equal(last["fluid"].x, fluid.x)
+    kinds = [event.kind for event in saved.events]
+    assert kinds.count("departure") == len(small_run.departures) >= 1
+    assert kinds.count("vent") == saved.results["n_bubbles_vented"][-1] >= 1
+    sites = saved.particles(0.0)["sites"]
+    assert {event.x for event in saved.events if event.kind == "departure"} <= set(sites.x)
+    assert saved.record["heated_area"] == {"unit": "m", "value": pytest.approx(20 * 0.002)}  # 0.7 of 30, symmetric
 
 
 def digest(app):

@@ -17,7 +17,7 @@ from pysph.solver import output
 from pysph.solver.utils import load
 
 from pysph_boiling.files import Manifest, last_output, output_files, read_output
-from pysph_boiling.runs.ledger import load_results
+from pysph_boiling.results import load_results
 
 SCENE = Path(__file__).with_name("scene.py")
 STEPS = 40

@@ -13,8 +13,8 @@ from pysph_boiling.evaluation.reproduce.performance import (
     observed,
     rates,
 )
-from pysph_boiling.evaluation.reproduce.runs import Result
 from pysph_boiling.report.sections import Section, Statement
+from pysph_boiling.results import SavedRun
 
 
 def record(seconds, steps, **more):
@@ -77,9 +77,9 @@ def test_key_observation_agrees_if_all_that_bears_on_it_does(tmp_path, monkeypat
 def test_table_says_what_was_not_made_yet(tmp_path):
     (tmp_path / "table4").mkdir()
     figure = Performance()
-    results = {run.name: Result(run, tmp_path) for run in figure.runs(False)}
+    results = {run.name: SavedRun(tmp_path) for run in figure.runs(False)}
     for result in results.values():
-        result.record, result.table = record(0.8, 40), {"n_vapour": np.array([0.0, 5.0, 5.0, 5.0])}
+        result.record, result.results = record(0.8, 40), {"n_vapour": np.array([0.0, 5.0, 5.0, 5.0])}
     section = figure.make(results, tmp_path / "table4", quick=False)
     assert [row.agrees for row in section.statements] == [True, True] + [None] * len(PAPER)
     assert all("was not made yet" in row.ours for row in section.statements[2:])

@@ -16,8 +16,9 @@ from pysph.solver.utils import dump
 from pysph_boiling import cli
 from pysph_boiling.evaluation.reproduce import command, runs
 from pysph_boiling.evaluation.reproduce.figure import FIGURES, Figure
-from pysph_boiling.evaluation.reproduce.runs import Result, Run, perform
+from pysph_boiling.evaluation.reproduce.runs import Run, perform
 from pysph_boiling.report.sections import Statement, Table, write_csv
+from pysph_boiling.results import SavedRun
 
 ACTOR = '''#!{python}
 import json, os, shutil, sys, time
@@ -99,7 +100,7 @@ def test_finished_runs_are_kept_and_others_started(root):
     told = []
     results = perform([a, b, a], root, report=told.append)
     assert sorted(names(root)) == ["a", "b"] and set(results) == {"a", "b"}
-    assert list(results["a"].table["t"]) == [0.0, 1.0] and results["b"].record["completed"]
+    assert list(results["a"].results["t"]) == [0.0, 1.0] and results["b"].record["completed"]
     assert (root / "b" / "console.txt").read_text() == "playing works\n"
     assert "[1/2] a: pysph-boiling run works" in told and "[2/2] b: pysph-boiling run works --seed 2" in told
 
@@ -164,7 +165,7 @@ def test_interrupted_run_goes_on_from_its_last_whole_output(root):
     assert played(root) == []
     assert (root / "a" / "a_20.hdf5").exists()
     perform([run], root, report=str)
-    assert not (root / "a" / "a_20.hdf5").exists() and Result(run, root / "a").times == pytest.approx([0.5, 0.5])
+    assert not (root / "a" / "a_20.hdf5").exists() and SavedRun(root / "a").times == pytest.approx([0.5, 0.5])
     assert [row["restart"] for row in played(root)] == ["a_10.hdf5"]
     assert (root / "a" / "console.txt").read_text() == "playing halts\n" * 2  # both parts are there
 
@@ -227,7 +228,7 @@ with pytest.MonkeyPatch.context() as kept:
             return [Run("one", "works", ("--flat",) * quick)]
 
         def make(self, results, folder, quick):
-            t = results["one"].table["t"]
+            t = results["one"].results["t"]
             return self.section(data=[write_csv(folder / "t.csv", {"t [s]": t})],
                                 statements=[Statement("two rows", f"{len(t)}", len(t) == 2)])
 

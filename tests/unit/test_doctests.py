@@ -7,7 +7,7 @@ import pytest
 
 from pysph_boiling.schemes.effects import EFFECTS
 
-MODULES = ("pysph_boiling.particles", "pysph_boiling.runs.ledger", "pysph_boiling.schemes.boiling",
+MODULES = ("pysph_boiling.particles", "pysph_boiling.results", "pysph_boiling.schemes.boiling",
            "pysph_boiling.schemes.effects.base")
 
 

@@ -75,7 +75,7 @@ OWNS = {
     "refill": ("", "", "mass_refilled energy_refilled n_refilled refill_due refill_uid steps",
                "energy_refill n_refilled"),
 }
-LEDGER = {"mass", "mass_in", "mass_out", "mass_residual"}  # columns of every run
+LEDGER = {"t", "dt", "mass", "mass_in", "mass_out", "mass_residual"}  # columns of every run
 
 
 def without(slot):

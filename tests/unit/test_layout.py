@@ -7,9 +7,9 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / "pysph_boiling"
 # From the bottom to the top; each part may import from those before it, and from itself.
-PARTS = ("", "names", "checks", "materials", "cavities", "phases", "search", "native", "particles", "device", "threads",
-         "lint", "files", "equations", "parallel", "schemes", "analysis", "runs", "examples", "report", "evaluation",
-         "cli", "__main__")
+PARTS = ("", "names", "checks", "extras", "materials", "cavities", "phases", "search", "native", "particles", "device",
+         "threads", "lint", "files", "results", "equations", "parallel", "schemes", "analysis", "runs", "examples",
+         "report", "evaluation", "cli", "__main__")
 
 
 def name_of(path, root):

@@ -8,7 +8,8 @@ import pytest
 from sets import scheme
 
 from pysph_boiling.particles import fluid_block, wall_array
-from pysph_boiling.runs.ledger import Ledger, Rows, load_results, save_results
+from pysph_boiling.results import load_results
+from pysph_boiling.runs.ledger import Ledger, Rows, save_results
 
 SPACING = 0.01
 

@@ -10,6 +10,7 @@ from pysph.solver import output
 from pysph.solver.utils import load
 
 from pysph_boiling.files import last_output, output_files, part_of, read_output, step_of
+from pysph_boiling.results import SavedRun
 from pysph_boiling.schemes.particle_files import MARK, ParticleFiles, join_parts
 
 N = 200
@@ -221,6 +222,8 @@ def test_pysph_reads_a_file_that_joins_those_of_the_ranks(joined, tmp_path, monk
         for constant, values in pa.constants.items():
             np.testing.assert_array_equal(other.constants[constant].get_npy_array(), values.get_npy_array())
     assert len(read_output(path)[0]["fluid"].x) == sum(LENGTHS)
+    run = SavedRun(tmp_path)
+    assert run.times == [data["solver_data"]["t"]] and len(run.particles(run.times[0])["fluid"].x) == sum(LENGTHS)
     assert output_files(tmp_path, "run") == [str(path)] and step_of(parts[2]) == 10
 
 

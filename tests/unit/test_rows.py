@@ -67,6 +67,18 @@ def test_states_of_a_row_are_counted_and_weighed_as_masks_do(boil):
         assert row["energy_hidden"] == np.sum(hidden)
 
 
+def test_mean_radius_of_the_bubbles_counts_the_swelling_of_their_vapour(boil):
+    ledger, fluid = boil
+    swell = np.ones_like(fluid.m)
+    if "expansion" in ledger.scheme.effects:
+        swell = fluid.swell[:] = np.random.default_rng(5).uniform(1.0, 3.0, len(fluid.m))
+    vapour, radii = fluid.phase == Phase.VAPOUR, []
+    for label in set(fluid.bubble[vapour].tolist()):
+        mass = sum(fluid.m[i] * swell[i] for i in np.flatnonzero(vapour) if fluid.bubble[i] == label)
+        radii.append((mass / ledger.scene.rho0 / np.pi) ** 0.5)
+    assert ledger.row(1.0, 1.0)["bubble_radius_mean"] == pytest.approx(sum(radii) / len(radii), rel=1e-12)
+
+
 def test_one_table_of_bubbles_a_row(boil, monkeypatch):
     ledger, _ = boil
     made = []

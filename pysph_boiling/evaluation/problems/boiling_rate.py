@@ -3,6 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pysph_boiling.analysis.boiling import heat_flux
 from pysph_boiling.evaluation.problems.from_scene import from_scene
 from pysph_boiling.evaluation.problems.problem import Outcome, Problem
 from pysph_boiling.examples.steady_boiling import SteadyBoiling
@@ -54,7 +55,6 @@ class BoilingRate(Problem):
         price = mass * (material.L + material.c_l * self.subcooling)
         made, paid = change("n_nucleated") - change("n_condensed"), change("energy_heater") / price
         vents = [n for t, n in scene.vents if t > self.begin]
-        area = self.heated * self.width * self.spacing
         return Outcome(
             errors={"rate": made / paid - 1.0, "energy": float(np.max(np.abs(table["energy_residual"]))),
                     "mass": float(np.max(np.abs(table["mass_residual"])))},
@@ -62,7 +62,8 @@ class BoilingRate(Problem):
             curves={"t [s]": table["t"], "made [-]": table["n_nucleated"] - table["n_condensed"],
                     "paid for [-]": table["energy_heater"] / price, "vapour [-]": table["n_vapour"]},
             facts={"made": float(made), "paid": float(paid), "condensed": float(change("n_condensed")),
-                   "flux": float(change("energy_heater") / (span * area * self.time_scaling)),
+                   "flux": heat_flux(table, area=self.heated * self.width * self.spacing,
+                                     time_scaling=self.time_scaling, begin=self.begin),
                    "vapour": float(table["n_vapour"][late].mean()), "T_mean": float(table["T_mean"][late].mean()),
                    "superheated": float(table["n_superheated"][late].mean()),
                    "vented": float(change("n_bubbles_vented") / span),

@@ -34,7 +34,7 @@ def judged_on(results):
     """Scene, length and forms of finished runs: ``superheat_sites, 12 s, in our forms``; empty without runs."""
     lengths, paper = {}, set()
     for result in results:
-        lengths.setdefault(result.run.scene, set()).add(f"{result.table['t'][-1]:.3g}")
+        lengths.setdefault(result.scene, set()).add(f"{result.results['t'][-1]:.3g}")
         paper.update(result.record.get("forms", {}).get("paper", ()))
     scenes = "; ".join(f"{scene}, {' and '.join(sorted(times, key=float))} s" for scene, times in lengths.items())
     forms = f"with the paper's forms of {', '.join(sorted(paper))}" if paper else "in our forms"

@@ -67,10 +67,10 @@ def energy_parts(m, e, phase, e_lat, material=WATER_1ATM):
 
 
 def parts_of(result, t):
-    """:func:`energy_parts` of the output nearest to ``t`` [s], and its time [s]."""
-    arrays, time = result.arrays(t)
-    fluid = arrays["fluid"]
-    return energy_parts(fluid.m, fluid.e, fluid.phase, fluid.e_lat), time
+    """:func:`energy_parts` of the last output up to ``t`` [s], and its time [s]."""
+    particles = result.particles(t)
+    fluid = particles["fluid"]
+    return energy_parts(fluid.m, fluid.e, fluid.phase, fluid.e_lat), particles.time
 
 
 def settled(t, level):
@@ -91,7 +91,7 @@ def output_at_peak(outputs, t, number):
 
 def measure(result):
     """The measured quantities of one explosion, by name."""
-    table = result.table
+    table = result.results
     total = result.record["particles"]["fluid"]
     made = table["n_burst"] + table["n_nucleated"]
     t, level = level_history(result.files, dim=result.record["dim"])
@@ -155,8 +155,8 @@ def draw_history(figures, path, csv):
                 name = f"{label}, seed {result.record['seed']}"
                 columns[f"level, {name} [m]"] = np.interp(columns["t [s]"], row["t"], row["level"])
                 for column in ("n_vapour", "n_burst", "n_superheated", "n_bubbles"):
-                    columns[f"{column}, {name} [-]"] = np.interp(columns["t [s]"], result.table["t"],
-                                                                 result.table[column])
+                    columns[f"{column}, {name} [-]"] = np.interp(columns["t [s]"], result.results["t"],
+                                                                 result.results[column])
         for ax, title, unit in zip(axes, ("level", "vapour", "vapour by dynamic nucleation"),
                                    ("height [mm]", "particles [-]", "particles since the start [-]")):
             ax.set(title=title, xlabel="time [s]", ylabel=unit)
@@ -274,7 +274,7 @@ class Figure6(Figure):
                              folder / "history.png", folder / "history.csv")]
         pictures.append(Picture("history.png", "Level, vapour, and vapour made by dynamic nucleation, with and without "
                                                "oscillation: mean and range over the seeds."))
-        tables = [results[run.name].table for run in heated(quick)]
+        tables = [results[run.name].results for run in heated(quick)]
         particles = on[0].record["particles"]["fluid"]
         bursts = [np.diff(np.interp(np.linspace(0.25, 1.0, WINDOWS + 1) * table["t"][-1], table["t"], table["n_fired"]))
                   for table in tables]

@@ -37,7 +37,7 @@ class Figure:
         """Draw and measure; returns the :class:`Section`.
 
         ``results`` maps the name of each of :meth:`runs` to its
-        :class:`~pysph_boiling.evaluation.reproduce.runs.Result`; pictures and data are written to the existing
+        :class:`~pysph_boiling.results.SavedRun`; pictures and data are written to the existing
         ``folder``.
         """
         raise TypeError(f"{type(self).__name__} must override make")

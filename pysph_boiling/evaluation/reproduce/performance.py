@@ -75,7 +75,7 @@ class Performance(Figure):
     def make(self, results, folder, quick):
         timed = {scene: results[run.name].record for scene, run in self.timed(quick).items()}
         costs = {scene: cost(record) for scene, record in timed.items()}
-        boils = {scene: float(np.mean(results[run.name].table["n_vapour"] > 0.0))
+        boils = {scene: float(np.mean(results[run.name].results["n_vapour"] > 0.0))
                  for scene, run in self.timed(quick).items()}
         columns = ("scene", "particles", "time step [ms]", "share with vapour", "ms per step", "steps per second",
                    "s per film frame", "threads", "the paper's frames per second (20k particles, RTX 2060)")

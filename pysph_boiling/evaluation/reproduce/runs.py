@@ -3,18 +3,16 @@ import json
 import os
 import sys
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
-
-import numpy as np
 
 from pysph_boiling.examples import scene_class
 from pysph_boiling.files import last_output, output_files
+from pysph_boiling.results import SavedRun
 from pysph_boiling.runs.jobs import Job, run_jobs
-from pysph_boiling.runs.ledger import load_results
 from pysph_boiling.threads import variables
 
-__all__ = ["Result", "Run", "perform"]
+__all__ = ["Run", "perform"]
 
 
 @dataclass(frozen=True)
@@ -36,45 +34,6 @@ class Run:
     def command(self):
         """The command that a user would type for this run."""
         return " ".join(["pysph-boiling", "run", self.scene, *self.options])
-
-
-class Result:
-    """A finished run: its results table, its record and its particle files."""
-
-    def __init__(self, run, folder):
-        self.run, self.folder = run, Path(folder)
-
-    @cached_property
-    def table(self):
-        """Column name -> array (rows,), as in ``results.npz``."""
-        return load_results(self.folder)
-
-    @cached_property
-    def record(self):
-        """``run.json`` as a dict."""
-        return json.loads((self.folder / "run.json").read_text())
-
-    @cached_property
-    def files(self):
-        """Output files, in order of time."""
-        return output_files(self.folder)
-
-    @cached_property
-    def times(self):
-        """Time [s] of each output file, read from its header, which is a hundred times faster than loading it."""
-        import h5py
-
-        def time_of(file):
-            with h5py.File(file, "r") as opened:
-                return float(opened["solver_data"].attrs["t"])
-
-        return np.array([time_of(file) for file in self.files])
-
-    def arrays(self, t):
-        """(arrays by name, time [s]) of the output nearest to ``t`` [s]."""
-        from pysph_boiling.analysis.rendering import load_output
-
-        return load_output(self.files[int(np.argmin(np.abs(self.times - t)))])
 
 
 def wanted(run):
@@ -124,7 +83,8 @@ def prepare(run, folder):
 
 
 def perform(runs, root, *, jobs=None, report=print):
-    """Make the runs that are missing, ``jobs`` at a time, which share the cores; returns name -> :class:`Result`.
+    """Make the runs that are missing, ``jobs`` at a time, which share the cores; returns name ->
+    :class:`~pysph_boiling.results.SavedRun`.
 
     Each run has a folder below ``root``. An interrupt stops running ones, which the next call continues. Errors:
     ``ChildProcessError`` that names the runs that failed, after all others are done.
@@ -163,4 +123,4 @@ def perform(runs, root, *, jobs=None, report=print):
              hold=compiling, started=started, ended=ended)
     if failed:
         raise ChildProcessError(f"these runs failed: {', '.join(failed)}; each has its console.txt in {root}")
-    return {name: Result(run, root / name) for name, run in unique.items()}
+    return {name: SavedRun(root / name) for name in unique}

@@ -86,7 +86,7 @@ def clamped(result):
     history = track(result.files, result.record["dim"], WATER_1ATM.rho_l)
     keep = history["t"] >= SKIPPED * history["t"][-1]
     return (float(np.mean(history["mean_radius1"][keep])) / result.record["spacing"],
-            float(result.table["n_pushed"][-1]))
+            float(result.results["n_pushed"][-1]))
 
 
 def sensitivity(values, outputs):
@@ -164,8 +164,8 @@ class Table3(Figure):
         for key, run in self.plan(quick).items():
             result = results[run.name]
             if key[0] == "Q_crit":
-                outputs[key] = {"bursts": float(result.table["n_fired"][-1]),
-                                "burst particles": float(result.table["n_burst"][-1])}
+                outputs[key] = {"bursts": float(result.results["n_fired"][-1]),
+                                "burst particles": float(result.results["n_burst"][-1])}
             else:
                 amplitude, period = amplitude_and_period(result)
                 outputs[key] = {"amplitude": amplitude, "period": period}

@@ -86,7 +86,7 @@ def measured_rise(result, history):
 
 def budget(result, history):
     """Difference between the vapour at the end and the sum of all events that make or remove it [particles]."""
-    last = {name: float(column[-1]) for name, column in result.table.items()}
+    last = {name: float(column[-1]) for name, column in result.results.items()}
     made = last["n_nucleated"] + last.get("n_burst", 0.0) - last["n_condensed"] - last["n_vented"]
     return last["n_vapour"] - history["n"][0] - made
 
@@ -117,7 +117,7 @@ class SingleBubble(Figure):
         section = self.section(text=self.about)
         for variant, group in groups.items():
             for result, history in zip(group, tracks[variant]):
-                section.data.append(write_csv(folder / f"{result.run.name}.csv",
+                section.data.append(write_csv(folder / f"{result.folder.name}.csv",
                                               {COLUMNS[name]: values for name, values in history.items()}))
         self.draw(section, groups, tracks, folder, quick)
         self.tell(section, groups, tracks, quick)
@@ -172,7 +172,7 @@ class SingleBubble(Figure):
 
         ``values`` maps a variant to texts of what was measured, ``bounds`` compare the variants.
         """
-        burst = [float(result.table["n_burst"][-1]) for result in groups["heated"]]
+        burst = [float(result.results["n_burst"][-1]) for result in groups["heated"]]
         return judged(
             "the lack of dynamic nucleation leaves rise, merging and splitting as they are",
             f"dynamic nucleation made {spread(burst)} particles of vapour at the base; {what} {values['heated']} with "
@@ -199,7 +199,7 @@ class Figure7(RiseMixin):
 
     def tell(self, section, groups, tracks, quick):
         rises = [measured_rise(*pair) for pair in zip(groups["full"], tracks["full"])]
-        vented = [float(result.table["n_bubbles_vented"][-1]) for result in groups["full"]]
+        vented = [float(result.results["n_bubbles_vented"][-1]) for result in groups["full"]]
         spacing, dim = groups["full"][0].record["spacing"], groups["full"][0].record["dim"]
         column = {name: [row[name] for row in rises] for name in rises[0]}
         fill = groups["full"][0].record["parameters"]["fill"]["value"] * spacing

@@ -51,7 +51,7 @@ def long_run(sites, seed, quick):
 
 def members(results, name):
     """The runs ``<name>_seed<number>`` as objects with ``result`` and ``table`` (see :func:`production`)."""
-    return [SimpleNamespace(result=result, table=production(result.table)) for key, result in sorted(results.items())
+    return [SimpleNamespace(result=result, table=production(result.results)) for key, result in sorted(results.items())
             if key.startswith(f"{name}_seed")]
 
 

@@ -87,8 +87,7 @@ def surface_history(result):
     """Columns ``t``, ``level``, ``roughness`` and ``speed`` from the outputs of a run."""
     rows = []
     for time in result.times:
-        arrays, t = result.arrays(time)
-        rows.append((t, *surface(arrays["fluid"], dim=result.record["dim"], spacing=result.record["spacing"])))
+        rows.append((time, *surface(result.particles(time)["fluid"], dim=result.dim, spacing=result.spacing)))
     return dict(zip(("t", "level", "roughness", "speed"), np.array(rows).T))
 
 

@@ -28,7 +28,7 @@ HOSTS = {"WCSPHScheme": "SPH"}  # PySPH's scheme -> the method
 
 def hosted_method(result):
     """The method of a run in which the model is a guest of a scheme of PySPH: "other" unless it boiled there."""
-    boiled = result.table["n_nucleated"][-1] > 0.0
+    boiled = result.results["n_nucleated"][-1] > 0.0
     return HOSTS.get(result.record["scheme"], "other") if boiled else "other"
 
 

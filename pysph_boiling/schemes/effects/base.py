@@ -117,12 +117,21 @@ def computed_once(function):
 
 
 class Column(NamedTuple):
-    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays, of a row as a :class:`Snapshot`."""
+    """A column of ``results.npz``; ``value(arrays, scene)`` takes the fluid arrays, of a row as a :class:`Snapshot`.
+
+    ``unit`` is that of a 3-D scene; :meth:`unit_in` gives that of a scene in ``dim`` dimensions.
+    """
 
     name: str
     unit: str
     meaning: str
     value: Callable
+
+    def unit_in(self, dim):
+        """The unit in a 2-D or 3-D scene: in 2-D masses and energies are those of a metre of depth."""
+        if dim == 2 and self.unit in ("kg", "J"):
+            return f"{self.unit}/m"
+        return self.unit.replace("m^dim", f"m^{dim}")
 
 
 class Rule(NamedTuple):
@@ -145,12 +154,13 @@ class Rule(NamedTuple):
 class Flow(NamedTuple):
     """Enthalpy that crosses the border of the domain [J]: the sum of a property of the particles, or a constant.
 
-    ``sign`` is +1 if a positive value brings energy in. ``leak`` marks energy that a literal formula of the paper
-    creates or loses; it is not a flow, but the energy balance includes it.
+    ``sign`` is +1 if a positive value brings energy in, and ``meaning`` describes a positive value. ``leak`` marks
+    energy that a literal formula of the paper creates or loses; it is not a flow, but the energy balance includes it.
     """
 
     name: str
     sign: int
+    meaning: str
     prop: str | None = None
     constant: str | None = None
     leak: bool = False

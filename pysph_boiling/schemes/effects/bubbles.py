@@ -58,9 +58,9 @@ class BubbleLabels(Effect):
             return float(equivalent_radius(vapour, scene).sum()) / len(vapour.label) if len(vapour.label) else 0.0
 
         return (
-            Column("n_bubbles", "-", "bubbles", number),
+            Column("n_bubbles", "-", "number of bubbles", number),
             Column("bubble_radius_mean", "m", "mean over the bubbles of the radius of a disc or sphere of their "
-                   "rest volume, including expansion; 0 without bubbles", radius),
+                   "volume, with swollen vapour as large as it is; 0 without bubbles", radius),
             Column("n_single_bubbles", "-", "bubbles of one particle", single),
         )
 

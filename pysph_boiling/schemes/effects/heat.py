@@ -95,7 +95,8 @@ class HeatConduction(Effect):
 
     def flows(self, scene):
         if self.laplacian == "paper":
-            return (Flow("energy_model_leak", +1, prop="q_leak", leak=True),)
+            return (Flow("energy_model_leak", +1, "energy created by the paper's Laplacian since the start",
+                         prop="q_leak", leak=True),)
         return ()
 
     def columns(self, scene):
@@ -199,16 +200,20 @@ class Heater(Effect):
             return {"heater_on": 1.0, "heater_T": self.temperature}
         return {"heater_on": 1.0, "heater_power": 0.0, "heater_weight": [0.0, 0.0], "energy_undelivered": 0.0}
 
+    def area(self, scene, arrays):
+        """Area of the heated walls [m^2, or m in 2-D], of one layer of particles."""
+        heated = ranks.total(sum(np.count_nonzero(arrays[name].heated) for name in scene.solids))
+        return float(heated * scene.spacing ** (scene.dim - 1))
+
     def prepare(self, scene, arrays):
         """Set the heater's power [W, or W/m in 2-D] from the area of the heated walls."""
         if self.flux is not None:
-            heated = ranks.total(sum(np.count_nonzero(arrays[name].heated) for name in scene.solids))
-            area = heated * scene.spacing ** (scene.dim - 1)
+            power = self.flux * self.area(scene, arrays) * scene.effects["heat"].time_scaling
             for name in scene.fluids:
-                arrays[name].heater_power[0] = self.flux * area * scene.effects["heat"].time_scaling
+                arrays[name].heater_power[0] = power
 
     def flows(self, scene):
-        return (Flow("energy_heater", +1, prop="q_heater"),)
+        return (Flow("energy_heater", +1, "heat from the heater since the start", prop="q_heater"),)
 
     def columns(self, scene):
         if self.flux is None:
@@ -265,7 +270,7 @@ class HeatSource(Effect):
                          cumulative=True),)
 
     def flows(self, scene):
-        return (Flow("energy_source", +1, prop="q_source"),)
+        return (Flow("energy_source", +1, "heat from the volumetric source since the start", prop="q_source"),)
 
     def terms(self, scene, fluid):
         yield Term("heat.exchange", heat.HeatUniformSource(
@@ -296,7 +301,7 @@ class AmbientLoss(Effect):
         )
 
     def flows(self, scene):
-        return (Flow("energy_loss", -1, prop="q_loss"),)
+        return (Flow("energy_loss", -1, "heat lost to the ambient since the start", prop="q_loss"),)
 
     def factor(self, scene):
         """Calibration factor that makes the area of the flat surface of a lattice exact [-]."""

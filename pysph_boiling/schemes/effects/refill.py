@@ -51,7 +51,8 @@ class Refill(Effect):
             pa.refill_uid[0] = 1.0 + ranks.largest(max(int(arrays[name].uid.max(initial=0)) for name in scene.fluids))
 
     def flows(self, scene):
-        return (Flow("energy_refill", +1, constant="energy_refilled"),)
+        return (Flow("energy_refill", +1, "enthalpy of the liquid that flowed in since the start",
+                     constant="energy_refilled"),)
 
     def columns(self, scene):
         return (Column("n_refilled", "-", "particles that flowed in since the start",

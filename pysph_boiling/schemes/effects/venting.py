@@ -58,7 +58,10 @@ class Venting(Effect):
         return {"energy_vented": 0.0, "mass_vented": 0.0, "n_vented": 0.0, "n_bubbles_vented": 0.0}
 
     def flows(self, scene):
-        return (Flow("energy_lid" if self.mode == "lid" else "energy_vented", -1, constant="energy_vented"),)
+        name, meaning = {
+            "lid": ("energy_lid", "heat that left through the lid, where vapour becomes liquid, since the start"),
+            "remove": ("energy_vented", "enthalpy of the vapour that left since the start")}[self.mode]
+        return (Flow(name, -1, meaning, constant="energy_vented"),)
 
     def columns(self, scene):
         return (
