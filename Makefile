@@ -8,7 +8,7 @@ TESTABLE := $(VENV)/.testable
 ALL_CORES := $(VENV)/all_cores.cfg
 CORES = $(shell $(PYTHON) -c "import os; print(os.cpu_count())")
 
-.PHONY: demo test test-all parity setup-mpi test-ranks mutants bench pictures lint clean
+.PHONY: demo test test-all parity setup-mpi test-ranks mutants bench pictures docs lint clean
 
 demo: $(READY)
 	@$(BIN)/pysph-boiling run steady_boiling --demo
@@ -60,12 +60,23 @@ bench: $(READY)
 pictures: $(TESTABLE)
 	@$(BIN)/python tools/pictures.py
 
+# The site, in build/site; what does not resolve is an error. `make docs GALLERY=0` runs no gallery and no notebook.
+GALLERY ?= 1
+docs: $(BIN)/sphinx-build
+	@$(BIN)/sphinx-build -W --keep-going -q -c docs $(if $(filter 0,$(GALLERY)),-D plot_gallery=0 -D nb_execution_mode=off) \
+	  . build/site
+	@echo "open build/site/index.html"
+
 lint: $(BIN)/ruff
 	@$(BIN)/ruff check .
 
 clean:
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf build docs/generated docs/gallery/*_output dist *.egg-info .pytest_cache .ruff_cache .hypothesis
 	find pysph_boiling tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/sphinx-build: $(READY)
+	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[docs]"
+	@touch $@
 
 $(BIN)/ruff: $(READY)
 	@$(BIN)/python -m pip install --quiet "ruff~=0.17.6"

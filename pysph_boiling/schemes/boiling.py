@@ -12,8 +12,10 @@ __all__ = ["BoilingScheme"]
 class BoilingScheme(PBFScheme):
     """Boiling after "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation".
 
-    Parameters are those of :class:`PBFScheme`, and
+    It takes the parameters of :class:`PBFScheme`, and these:
 
+    Parameters
+    ----------
     material : Material   Constants of the fluid; its liquid density is the rest density.
     sites : list of str   Names of the arrays of preset nucleation sites.
     forms : str           "ours", "paper" for the paper's own form of each effect, or names of single forms

@@ -243,7 +243,7 @@ class PBFScheme(Scheme):
         self.set_effects()
 
     def time_step(self, dt_factor=None):
-        """Suggested time step [s]: ``dt_factor`` of t* = sqrt(spacing/|g|), that of the quality if not given."""
+        """Suggested time step [s]: ``dt_factor`` of ``t* = sqrt(spacing/|g|)``, that of the quality if not given."""
         fall_time = self.scene().fall_time
         if math.isinf(fall_time):
             raise ValueError("without gravity there is no default time step: give dt [s]")

@@ -19,9 +19,9 @@ __all__ = ["QUALITIES", "Quality"]
 class Quality:
     """A preset, and the errors that it promises.
 
-    ``dt_factor`` is the time step in units of t* = sqrt(spacing/|g|); ``density`` the density constraint; ``stated``
-    maps (study of ``pysph-boiling accuracy``, name of an error) to the bound that the error keeps; ``cost`` is the
-    approximate wall time per simulated second relative to "standard", which the same command measures again.
+    ``dt_factor`` is the time step in units of ``t* = sqrt(spacing/|g|)``; ``density`` the density constraint;
+    ``stated`` maps (study of ``pysph-boiling accuracy``, name of an error) to the bound that the error keeps; ``cost``
+    is the approximate wall time per simulated second relative to "standard", which the same command measures again.
     """
 
     dt_factor: float

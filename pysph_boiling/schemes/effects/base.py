@@ -69,7 +69,7 @@ class SchemeContext:
 
     @property
     def fall_time(self):
-        """t* = sqrt(spacing/|g|) [s], the unit of time for tuned rates; infinite without gravity."""
+        """``t* = sqrt(spacing/|g|)`` [s], the unit of time for tuned rates; infinite without gravity."""
         return math.sqrt(self.spacing / self.g) if self.g else math.inf
 
     def bubble_radius(self, spacings):

@@ -18,7 +18,7 @@ class Convection(Effect):
     """Buoyancy of warm liquid (Boussinesq), or the paper's force along the temperature gradient.
 
     Limits: a gradient of a field is balanced by a pressure, so the second form only causes convection rolls where it is
-    limited to |g| (measured over a base at +70 K: no rolls at a gain of .01, rolls of 5 mm/s at .3).
+    limited to ``|g|`` (measured over a base at +70 K: no rolls at a gain of .01, rolls of 5 mm/s at .3).
     """
 
     slot: ClassVar[str] = "convection"
