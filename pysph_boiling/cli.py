@@ -39,9 +39,11 @@ def list_scenes(arguments):
 
 
 def render(arguments):
-    """Draw the pictures of a finished run again, make a movie of them, or write VTK files for ParaView."""
+    """Draw the pictures of a finished run again, make a movie of them, or write files for ParaView, Blender, Houdini.
+    """
     from rich.progress import track
 
+    from pysph_boiling.analysis.film import MESHES, blender_script, write_meshes, write_usd
     from pysph_boiling.analysis.movie import KINDS, check_movie, write_movie
     from pysph_boiling.analysis.rendering import contact_sheet, render_run, write_paraview
     from pysph_boiling.analysis.surface import CAMERAS
@@ -62,6 +64,12 @@ def render(arguments):
     made = parser.add_mutually_exclusive_group()
     made.add_argument("--movie", default=None, choices=KINDS, help="also make a movie of the pictures")
     made.add_argument("--paraview", action="store_true", help="write VTK files for ParaView instead of pictures")
+    made.add_argument("--mesh", default=None, choices=MESHES,
+                      help="write closed meshes of water and bubbles instead of pictures, 3-D only, which needs pip "
+                           "install 'pysph_boiling[film]': ply has the velocity and the bubble's label at each point; "
+                           "obj cannot, it has a group for each bubble (docs/film.md)")
+    made.add_argument("--usd", action="store_true",
+                      help="write the same meshes, with velocities and labels, as one USD file for the whole run")
     parser.add_argument("--fps", type=float, default=15.0, help="frames per second of the movie; default 15")
     parser.add_argument("--limit", type=float, default=None, metavar="MB",
                         help="largest size of the movie, for which its quality is lowered; no limit if not given")
@@ -78,6 +86,15 @@ def render(arguments):
     if options.paraview:
         made = write_paraview(folder, every=options.every, track=partial(track, description="writing"))
         print(f"ParaView files: open {', '.join(map(str, made))}")
+        return
+    if options.mesh:
+        made = write_meshes(folder, options.mesh, every=options.every, track=partial(track, description="writing"))
+        print(f"meshes: {made.parent}, with the time of each frame in {made.name}")
+        if options.mesh == "ply":
+            print(f"in Blender: blender --python {blender_script()} -- {made.parent}")
+        return
+    if options.usd:
+        print(f"USD: {write_usd(folder, every=options.every, track=partial(track, description='writing'))}")
         return
     frames = render_run(folder, colour=options.colour, view=options.view, every=options.every, **surface,
                         track=partial(track, description="drawing"))
@@ -154,7 +171,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
 
   list                 list the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
-  render DIR           draw the pictures of a run again, make a movie, or export to ParaView
+  render DIR           draw the pictures of a run again, make a movie, or export to ParaView, Blender or USD
   bubbles DIR          say when and where bubbles depart in runs, how large they are and how they look
   reproduce [FIGURE]   reproduce the paper's figures and tables, all or those named (--quick: small scenes)
   accuracy [STUDY]     measure what accuracy costs in computing time on this machine (--quick: small scenes)

@@ -87,7 +87,7 @@ class Manifest:
 
     def found(self):
         """Names of all files in the folder and in its folders of pictures."""
-        return [path.relative_to(self.folder).as_posix() for pattern in ("*", "frames/*", "paraview/*")
+        return [path.relative_to(self.folder).as_posix() for pattern in ("*", "frames/*", "mesh/*", "paraview/*")
                 for path in self.folder.glob(pattern) if path.is_file()]
 
     def refuse(self, *patterns):

@@ -38,12 +38,12 @@ def bubble_colours(labels):
     return rgb
 
 
-def needed(name):
-    """Import the module ``name`` of the extra "view"; ``ModuleNotFoundError`` says how to install it."""
+def needed(name, extra="view"):
+    """Import the module ``name`` of an extra of setup.py; ``ModuleNotFoundError`` says how to install it."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[view]"', name=name) from error
+        raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[{extra}]"', name=name) from error
 
 
 def by_role(arrays):

@@ -28,8 +28,8 @@ from pysph_boiling.files import Manifest, load_output, output_files, run_record
 from pysph_boiling.names import nearest
 from pysph_boiling.phases import Phase, at_saturation
 
-__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "contact_sheet", "draw_scene",
-           "needed", "render_run", "write_paraview"]
+__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "chosen_files", "contact_sheet",
+           "draw_scene", "drawn_into", "geometry", "needed", "render_run", "write_paraview"]
 
 PALE = 0.55  # mixed with this much white, liquid does not distract from coloured bubbles
 
@@ -128,14 +128,10 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     Errors: ``FileNotFoundError`` if the folder holds no output; ``FileExistsError`` if a file of the user would be
     overwritten; and those of the function that draws.
     """
-    files = _output_files(output_dir, every)
-    run = run_record(output_dir)
-    samples = [by_role(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
-    dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
-    spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
-    extents = np.array([view_bounds(scene, spacing, dim) for scene in samples])
-    options = dict(dim=dim, spacing=spacing, title=str(run.get("scene", "")).replace("_", " "),
-                   bounds=np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)]))
+    files = chosen_files(output_dir, every)
+    known = geometry(output_dir, files)
+    dim, samples = known.dim, known.samples
+    options = dict(dim=dim, spacing=known.spacing, title=known.scene.replace("_", " "), bounds=known.bounds)
     if view == "surface":
         from pysph_boiling.analysis.surface import check_surface, draw_surface
 
@@ -149,7 +145,7 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
         draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
                                      "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
 
-    folder, listed = _drawn_into(output_dir, out, "frames")
+    folder, listed = drawn_into(output_dir, out, "frames")
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for number, file in enumerate(track(files)):
@@ -172,8 +168,8 @@ def write_paraview(output_dir, *, every=1, out=None, track=iter):
     needed("pyvisfile")  # one of the two writers of dump_vtk; the other, mayavi, needs a display
     from pysph.solver.vtk_output import dump_vtk
 
-    files = _output_files(output_dir, every)
-    folder, listed = _drawn_into(output_dir, out, "paraview")
+    files = chosen_files(output_dir, every)
+    folder, listed = drawn_into(output_dir, out, "paraview")
     folder.mkdir(parents=True, exist_ok=True)
 
     def claimed(name):
@@ -230,8 +226,8 @@ def _averaged(picture, shrink):
 
 # The files of a run
 
-def _drawn_into(output_dir, out, name):
-    """(folder, :class:`Manifest`) for pictures of a run: ``out``, or the folder ``name`` in the folder of the run.
+def drawn_into(output_dir, out, name):
+    """(folder, :class:`Manifest`) for what is made of a run: ``out``, or the folder ``name`` in the folder of the run.
 
     Files from an earlier call are removed from it.
     """
@@ -242,11 +238,27 @@ def _drawn_into(output_dir, out, name):
     return folder, listed
 
 
-def _output_files(output_dir, every):
+def chosen_files(output_dir, every):
+    """Paths of every ``every``-th particle file of a run; ``FileNotFoundError`` if there are none."""
     files = output_files(output_dir)[:: int(every)]
     if not files:
         raise FileNotFoundError(f"there are no particle files (HDF5) in {output_dir}")
     return files
+
+
+def geometry(output_dir, files):
+    """What all frames of a run share: ``dim``, ``spacing`` [m], the name of the ``scene``, ``bounds`` (2, 3) [m].
+
+    They are read from ``run.json`` or estimated from particles. ``samples`` are the arrays by role of the first, middle
+    and last of the ``files``, from which the bounds are.
+    """
+    run = run_record(output_dir)
+    samples = [by_role(load_output(files[i])[0]) for i in sorted({0, len(files) // 2, len(files) - 1})]
+    dim = int(run.get("dim") or _guess_dim(samples[-1].fluid))
+    spacing = float(run.get("spacing") or _guess_spacing(samples[0].fluid, dim))
+    extents = np.array([view_bounds(scene, spacing, dim) for scene in samples])
+    return SimpleNamespace(dim=dim, spacing=spacing, scene=str(run.get("scene", "")), samples=samples,
+                           bounds=np.array([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)]))
 
 
 NEEDS = {"phase": ("phase",), "bubble": ("phase", "bubble"), "temperature": ("T",), "speed": ("u", "v", "w"),

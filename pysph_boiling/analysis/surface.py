@@ -30,7 +30,7 @@ from pysph_boiling.analysis.drops import LINK, pieces
 from pysph_boiling.analysis.tracing import SOLID, VAPOUR, VESSEL, WATER, Surface, World, trace
 from pysph_boiling.names import nearest
 
-__all__ = ["CAMERAS", "camera_angles", "check_surface", "draw_surface"]
+__all__ = ["CAMERAS", "camera_angles", "check_surface", "closed_meshes", "draw_surface"]
 
 CAMERAS = {"corner": (-62.0, 18.0), "front": (-90.0, 8.0), "above": (-62.0, 48.0), "low": (-75.0, 3.0)}  # [degrees]
 LENS = 24.0  # angle of view [degrees]
@@ -46,7 +46,9 @@ LIGHT = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])  #
 
 BASE_HEIGHT = 2.0  # of the slab below the vessel, in spacings
 CUBE = 0.9  # edge of the cubes of the level set, in radii of a particle
+NEAR = 8  # particles from which a point of a mesh takes its velocity
 DROP = 12  # pieces of the water of at most so many particles are drops
+LEAST = 0.02  # share of its volume that a smoothed surface keeps at least; 15 particles keep 0.08
 LAMP = 1.5  # brightness of the lamp
 PAINT = 0.65  # share of light that the coat of a coloured bubble keeps
 CONTRAST = 0.04  # pixels that differ by more from their neighbours get SAMPLES rays instead of one
@@ -117,14 +119,92 @@ def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None,
     return Path(path)
 
 
+def closed_meshes(arrays, *, spacing, bounds=None):
+    """Closed triangle meshes of the water and of the bubbles in it at one moment, cut off at the walls of the vessel.
+
+    Returns ``water`` and ``bubbles``, each with ``points`` (n, 3) [m], ``triangles`` (m, 3) of indices with normals
+    outwards, ``velocity`` (n, 3) [m/s] of the particles near each point, and ``label`` (n,), the label of each point's
+    bubble, or ``None`` in the water. The water's mesh encloses the bubbles: it has no holes for them. The mesh of a
+    bubble encloses the volume of its particles, less what the walls cut off.
+
+    Parameters are those of :func:`draw_surface`. Errors: ``ValueError`` for a scene without fluid;
+    ``ModuleNotFoundError`` if pysplashsurf or manifold3d is not installed.
+    """
+    scene = by_role(arrays)
+    bounds = view_bounds(scene, spacing, 3) if bounds is None else np.asarray(bounds, dtype=float)
+    fluid, vessel = _fluid(scene, bounds), _vessel(scene, bounds, spacing)
+    inside = _inside(vessel)
+    pool, drops = _water_meshes(fluid, spacing, vessel)
+    labels, bubbles = _bubble_meshes(fluid, spacing)
+    everywhere = np.ones(len(fluid.points), bool)
+    water = _indexed([(mesh, everywhere) for mesh in [*(_cut(mesh, inside) for mesh in pool), *drops]], fluid, spacing)
+    vapour = _indexed([(_cut(mesh, inside), fluid.vapour & (fluid.label == label))
+                       for label, mesh in zip(labels, bubbles)], fluid, spacing)
+    label = np.repeat(labels, vapour.pop("counts")).astype(np.int64)
+    water.pop("counts")
+    return SimpleNamespace(water=SimpleNamespace(**water, label=None),
+                           bubbles=SimpleNamespace(**vapour, label=label))
+
+
+def _inside(vessel):
+    """The space between the walls as a solid of manifold3d, endless where there is no wall; ``None`` without walls."""
+    if not vessel.there:
+        return None
+    manifold = needed("manifold3d", "film")
+    far = 10.0 * np.ptp(vessel.box, axis=0).max() * np.array([[-1.0], [1.0]])
+    low, high = np.where(vessel.walled, vessel.box, vessel.box + far)
+    outline = vessel.outline if vessel.radius is not None else np.array(
+        [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    return manifold.Manifold.extrude(manifold.CrossSection([outline]), high[2] - low[2]).translate((0.0, 0.0, low[2]))
+
+
+def _cut(mesh, inside):
+    """The part of a closed mesh within the solid; the whole mesh if there is no solid, or if nothing would be left."""
+    if inside is None:
+        return mesh
+    manifold = needed("manifold3d", "film")
+    used, corners = np.unique(mesh.triangles, return_inverse=True)
+    solid = manifold.Manifold(manifold.Mesh(mesh.points[used].astype(np.float32),
+                                            corners.reshape(-1, 3).astype(np.uint32)))
+    part = (solid ^ inside).to_mesh()
+    if not len(part.tri_verts):
+        return mesh
+    return SimpleNamespace(points=np.array(part.vert_properties[:, :3], dtype=float),
+                           triangles=np.array(part.tri_verts, dtype=np.int64))
+
+
+def _indexed(parts, fluid, spacing):
+    """One mesh of ``parts``: (mesh, mask (n,) of the particles that give it their velocity).
+
+    Returns a dict with ``points``, ``triangles``, ``velocity``, and ``counts``, the number of points of each part.
+    """
+    points, triangles, velocity, begin = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty((0, 3))], 0
+    for mesh, own in parts:
+        used, corners = np.unique(mesh.triangles, return_inverse=True)
+        points.append(mesh.points[used])
+        triangles.append(corners.reshape(-1, 3) + begin)
+        velocity.append(_velocity(points[-1], fluid.points[own], fluid.velocity[own], spacing))
+        begin += len(used)
+    return dict(points=np.concatenate(points), triangles=np.concatenate(triangles),
+                velocity=np.concatenate(velocity), counts=[len(part) for part in points[1:]])
+
+
+def _velocity(points, places, velocity, spacing):
+    """Velocity (n, 3) at points (n, 3): the mean over the nearest particles, of which nearer ones count more."""
+    distance, near = cKDTree(places).query(points, k=range(1, min(NEAR, len(places)) + 1))
+    weight = 1.0 / (distance**2 + (0.5 * spacing)**2)
+    return np.einsum("nk,nki->ni", weight / weight.sum(axis=1, keepdims=True), velocity[near])
+
+
 def _fluid(scene, bounds):
-    """Positions (n, 3), phase, bubble and swell of the fluid, without particles far outside the bounds."""
+    """Positions (n, 3), phase, bubble, swell and velocity (n, 3) of the fluid, without particles far out of bounds."""
     points = positions(scene.fluid)
     near = np.all(np.abs(points - bounds.mean(axis=0)) <= 1.5 * np.ptp(bounds, axis=0), axis=1)
     label, swell = (joined(scene.fluid, name) if have_all(scene.fluid, name) else np.full(len(points), default)
                     for name, default in (("bubble", 0), ("swell", 1.0)))
+    velocity = joined(scene.fluid, *"uvw") if have_all(scene.fluid, *"uvw") else np.zeros_like(points)
     return SimpleNamespace(points=points[near], vapour=is_vapour(scene.fluid)[near], label=label[near],
-                           swell=swell[near])
+                           swell=swell[near], velocity=velocity[near])
 
 
 # Surfaces: points (n, 3) [m], unit normals (n, 3) outwards, triangles (m, 3)
@@ -163,20 +243,22 @@ def _volumes(points, triangles):
 
 
 def _water(fluid, spacing, vessel):
-    """The surfaces of the pool and of its drops.
+    """The surfaces of the pool and of its drops."""
+    return [_joined(WATER, meshes) for meshes in _water_meshes(fluid, spacing, vessel) if meshes]
+
+
+def _water_meshes(fluid, spacing, vessel):
+    """Lists of meshes: that of the pool, which is empty in a dry vessel, and those of its drops.
 
     Particles are mirrored at the walls, so that the surface meets the walls naturally; the vessel cuts off the rest.
     """
     points = fluid.points
     if not len(points):
-        return []
+        return [], []
     piece, sizes = pieces(points, LINK * spacing)
     pool = sizes[piece] > DROP
-    surfaces = []
-    if pool.any():
-        surfaces.append(_joined(WATER, [_reconstruct(_mirrored(points[pool], spacing, vessel), spacing)]))
     drops = [_blob(points[piece == k], sizes[k] * spacing**3) for k in np.unique(piece[~pool])]
-    return surfaces + ([_joined(WATER, drops)] if drops else [])
+    return [_reconstruct(_mirrored(points[pool], spacing, vessel), spacing)] if pool.any() else [], drops
 
 
 def _mirrored(points, spacing, vessel):
@@ -201,11 +283,7 @@ def _mirrored(points, spacing, vessel):
 
 def _bubbles(fluid, spacing, colour):
     """The surface of all bubbles, with a coat of paint if they are to be coloured."""
-    labels = np.unique(fluid.label[fluid.vapour])
-    meshes = []
-    for label in labels:
-        own = fluid.vapour & (fluid.label == label)
-        meshes.append(_blob(fluid.points[own], fluid.swell[own].sum() * spacing**3))
+    labels, meshes = _bubble_meshes(fluid, spacing)
     if not meshes:
         return []
     paint = None
@@ -213,6 +291,13 @@ def _bubbles(fluid, spacing, colour):
         coat = np.column_stack([bubble_colours(labels), np.full(len(labels), PAINT)])
         paint = np.repeat(coat, [len(mesh.triangles) for mesh in meshes], axis=0)
     return [_joined(VAPOUR, meshes, paint)]
+
+
+def _bubble_meshes(fluid, spacing):
+    """The labels (bubbles,) of all bubbles and the list of their meshes."""
+    labels = np.unique(fluid.label[fluid.vapour])
+    own = [fluid.vapour & (fluid.label == label) for label in labels]
+    return labels, [_blob(fluid.points[one], fluid.swell[one].sum() * spacing**3) for one in own]
 
 
 def _blob(points, volume):
@@ -226,7 +311,7 @@ def _blob(points, volume):
     count = np.maximum(np.bincount(mesh.piece, minlength=len(mesh.points)), 1)
     centre = np.column_stack([np.bincount(mesh.piece, x, minlength=len(count)) / count for x in mesh.points.T])
     centre = centre[mesh.piece]
-    grown = np.cbrt(volume / max(_volumes(mesh.points, mesh.triangles).sum(), 0.1 * volume))
+    grown = np.cbrt(volume / max(_volumes(mesh.points, mesh.triangles).sum(), LEAST * volume))
     mesh.points = centre + grown * (mesh.points - centre)
     return mesh
 

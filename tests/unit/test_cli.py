@@ -70,6 +70,6 @@ def test_names_that_are_checked_when_it_is_drawn_have_their_nearest_too(call, me
 
 def test_every_command_has_the_parser_that_names_the_nearest_option():
     package = Path(cli.__file__).parent
-    own = {"names.py", "lint.py"}  # the parser itself, and a tool that stands alone
+    own = {"names.py", "lint.py", "blender_sequence.py"}  # the parser itself, and tools that stand alone
     found = {path.name for path in package.rglob("*.py") if "ArgumentParser(" in path.read_text()}
     assert found <= own
