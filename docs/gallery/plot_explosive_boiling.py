@@ -18,9 +18,10 @@ pictures = ["explosive_boiling_output/frames.png"]
 # Vapour over time, and the heat of the superheated water from which it comes.
 
 import matplotlib.pyplot as plt
-import numpy as np
 
-results = np.load("explosive_boiling_output/results.npz")
+from pysph_boiling.results import load_run
+
+results = load_run("explosive_boiling_output").results
 figure, (vapour, heat) = plt.subplots(1, 2, figsize=(8, 3), layout="constrained")
 vapour.plot(results["t"], results["n_vapour"])
 vapour.set(xlabel="time [s]", ylabel="particles of vapour")

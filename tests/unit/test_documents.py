@@ -51,6 +51,13 @@ def test_lines_of_prose_fit_a_screen(path):
         assert len(longest) <= 120, longest
 
 
+def test_every_page_is_in_the_index_of_the_site():
+    named = set(re.findall(r"^([\w./]+)$", (ROOT / "docs/index.md").read_text(encoding="utf-8"), re.M))
+    pages = {path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in ROOT.glob("docs/**/*.*")
+             if path.suffix in (".md", ".ipynb") and "generated" not in path.parts} - {"index"}
+    assert pages <= named
+
+
 def test_readme_can_be_read_at_one_sitting():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1000
 
