@@ -67,19 +67,20 @@ docs: $(BIN)/sphinx-build
 	  . build/site
 	@echo "open build/site/index.html"
 
-lint: $(BIN)/ruff
+lint: $(BIN)/mypy
 	@$(BIN)/ruff check .
+	@$(BIN)/mypy
 
 clean:
-	rm -rf build docs/generated docs/gallery/*_output dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf build docs/generated docs/gallery/*_output dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find pysph_boiling tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/sphinx-build: $(READY)
 	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[docs]"
 	@touch $@
 
-$(BIN)/ruff: $(READY)
-	@$(BIN)/python -m pip install --quiet "ruff~=0.17.6"
+$(BIN)/mypy: $(READY)
+	@$(BIN)/python -m pip install --quiet "ruff~=0.17.6" "mypy~=2.4.1"
 	@touch $@
 
 $(READY): setup.py pyproject.toml

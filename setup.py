@@ -27,7 +27,8 @@ setup(
     keywords="boiling, bubbles, phase change, particles, SPH, PBF, PySPH",
     packages=find_packages(include=["pysph_boiling*"]),
     python_requires=">=3.10",
-    package_data={"pysph_boiling.evaluation.accuracy": ["*.json"], "pysph_boiling.evaluation.stress": ["*.json"],
+    package_data={"pysph_boiling": ["py.typed"],
+                  "pysph_boiling.evaluation.accuracy": ["*.json"], "pysph_boiling.evaluation.stress": ["*.json"],
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={

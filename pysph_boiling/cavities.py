@@ -10,14 +10,19 @@ Example: four cavities of water whose smallest radius is at least 1 um.
 >>> activation_superheat(radii, WATER_1ATM).round(1).tolist()  # K
 [24.4, 9.8, 30.6, 9.9]
 """
-import numpy as np
+from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pysph_boiling.materials import Material
 from pysph_boiling.names import whole_number
 
 __all__ = ["activation_superheat", "cavity_radii"]
 
 
-def cavity_radii(count, *, smallest, largest=np.inf, exponent=2.5, seed=0):
+def cavity_radii(count: int, *, smallest: float, largest: float = np.inf, exponent: float = 2.5,
+                 seed: int | Sequence[int] = 0) -> np.ndarray:
     r"""Radii (count,) [m] of cavities, drawn from ``seed``; the number of those larger than r follows a power law.
 
     .. math::  N(>r) = N \frac{r^{-m} - r_{max}^{-m}}{r_{min}^{-m} - r_{max}^{-m}}, \qquad r_{min} \le r \le r_{max}
@@ -41,7 +46,7 @@ def cavity_radii(count, *, smallest, largest=np.inf, exponent=2.5, seed=0):
     return smallest * (1.0 - share) ** (-1.0 / exponent)
 
 
-def activation_superheat(radius, material):
+def activation_superheat(radius: ArrayLike, material: Material) -> np.ndarray:
     r"""Superheat [K] from which vapour grows out of a cavity of ``radius`` [m], a number or an array.
 
     .. math::  \Delta T_a = \frac{2 \sigma T_{sat}}{\rho_v L r}

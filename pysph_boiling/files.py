@@ -154,18 +154,17 @@ def step_of(name):
     return int(found[2]) if found else -1
 
 
-def output_files(folder, name=None):
+def output_files(folder: str | os.PathLike, name: str | None = None) -> list[str]:
     """Paths (str) of the particle files of a run, in order of time; an empty list if there are none.
 
     ``name`` is the name of the run, with which its files begin; it is found from the folder if not given. Errors:
     ``ValueError`` for a folder that holds files of several runs and no list of ours.
     """
-    found = [path for path in Path(folder).glob("*.hdf5") if PARTICLES.fullmatch(path.name)]
-    if name is not None:
-        found = [path for path in found if PARTICLES.fullmatch(path.name)[1] == name]
+    named = {path: match[1] for path in Path(folder).glob("*.hdf5") if (match := PARTICLES.fullmatch(path.name))}
+    found = [path for path in named if name in (None, named[path])]
     ours = Manifest(folder).known
     found = [path for path in found if path.name in ours] or found
-    runs = sorted({PARTICLES.fullmatch(path.name)[1] for path in found})
+    runs = sorted({named[path] for path in found})
     if len(runs) > 1:
         raise ValueError(f"{folder} holds particle files of several runs, {', '.join(runs)}: move the files of each "
                          "run into a folder of its own")
@@ -183,7 +182,7 @@ def last_output(folder, name=None):
     return None
 
 
-def read_output(file):
+def read_output(file: str | os.PathLike) -> tuple[dict, dict]:
     """Read a particle file; returns (arrays by name, solver data).
 
     Errors: ``FileNotFoundError``; ``ValueError`` for a file that is truncated, is not HDF5, was not written by PySPH,

@@ -15,6 +15,7 @@ import re
 import sys
 import warnings
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -69,7 +70,7 @@ class Finding(NamedTuple):
 
 # ---- reading ---------------------------------------------------------------------------------------------------------
 
-def sources(folder):
+def sources(folder: Path) -> dict[str, str]:
     return {str(path.relative_to(folder.parent)): path.read_text(encoding="utf-8") for path in folder.rglob("*.py")}
 
 
@@ -336,7 +337,7 @@ def check(texts, trees):
         yield from check_device(file, fn, set())
 
 
-def lint(texts):
+def lint(texts: dict[str, str]) -> list[Finding]:
     """Findings in modules given as {file name: source}."""
     return findings(texts, {file: ast.parse(text) for file, text in texts.items()})
 
@@ -365,7 +366,7 @@ def read(paths):
     return texts, trees
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """The command: print the findings. Returns the exit status, 0 if there are none, 1 if there are, 2 for no input."""
     parser = argparse.ArgumentParser(
         prog="python -m pysph_boiling.lint",

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from pysph_boiling.materials import Material
 
 __all__ = ["EDGES", "Edge", "Phase", "at_saturation", "enthalpy", "heat_capacity", "temperature"]
 
@@ -59,7 +62,7 @@ EDGES = (
 )
 
 
-def heat_capacity(held, material):
+def heat_capacity(held: ArrayLike, material: Material) -> np.ndarray:
     """Heat capacity [J/(kg K)] of liquid that holds the latent heat ``held`` [J/kg], (n,) or a number.
 
     Liquid that holds the part x of its latent heat is a mixture of which x is vapour: c = c_l + (c_v - c_l) x. With the
@@ -70,7 +73,8 @@ def heat_capacity(held, material):
     return material.c_l + (material.c_v - material.c_l) * np.clip(np.asarray(held) / material.L, 0.0, 1.0)
 
 
-def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
+def temperature(e: ArrayLike, phase: ArrayLike, material: Material, e_lat: ArrayLike = 0.0,
+                subcooling: float = 1.0) -> np.ndarray:
     """Temperature [K] of particles, (n,); the NumPy equivalent of the kernel helper ``boiling_temperature``.
 
     A particle in transition is at T_sat while 0 <= e <= L. Its phase only changes at the end of the heat steps, so with
@@ -94,7 +98,7 @@ def temperature(e, phase, material, e_lat=0.0, subcooling=1.0):
     return np.where(phase == Phase.VAPOUR, vapour, np.where(phase == Phase.TRANSITION, transition, liquid))
 
 
-def at_saturation(phase, e, e_lat=0.0):
+def at_saturation(phase: np.ndarray, e: np.ndarray, e_lat: ArrayLike = 0.0) -> np.ndarray:
     """Mask (n,) of particles whose state is superheated but which are at T_sat: interrupted, or fed at saturation.
 
     ``phase`` (n,), ``e`` (n,) [J/kg] and ``e_lat`` [J/kg], (n,) or a number, as in :func:`temperature`.
@@ -102,7 +106,7 @@ def at_saturation(phase, e, e_lat=0.0):
     return (np.asarray(phase) == Phase.SUPERHEATED) & (np.asarray(e) <= e_lat)
 
 
-def enthalpy(T, material):
+def enthalpy(T: ArrayLike, material: Material) -> np.ndarray:
     """Specific enthalpy [J/kg] of liquid at temperature ``T`` [K]; above saturation it is superheated liquid.
 
     Raises ``ValueError`` outside (0 K, critical temperature).

@@ -10,12 +10,15 @@
     run.to_xarray()["T_mean"].plot()
 """
 import math
+import os
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+from pysph.base.particle_array import ParticleArray
 
 from pysph_boiling.extras import needed
 from pysph_boiling.files import load_output, output_files, output_time, run_record
@@ -62,7 +65,7 @@ class Quantities(Mapping):
     of them is called in messages.
     """
 
-    def __init__(self, what, values, described):
+    def __init__(self, what: str, values: Mapping, described: Mapping):
         self._what, self._values, self._described = what, values, described
 
     def __getitem__(self, name):
@@ -76,15 +79,15 @@ class Quantities(Mapping):
     def __len__(self):
         return len(self._values)
 
-    def unit(self, name):
+    def unit(self, name: str) -> str:
         """Unit of a value, such as "J" or "J/m"; "-" if it has none."""
         return self._about(name, "unit")
 
-    def meaning(self, name):
+    def meaning(self, name: str) -> str:
         """What a value is, in words."""
         return self._about(name, "meaning")
 
-    def about(self, name):
+    def about(self, name: str) -> dict[str, str]:
         """What is known of a value: a dict with ``unit`` and ``meaning``, which may lack either in an older run."""
         self[name]
         return self._described.get(name, {})
@@ -105,7 +108,7 @@ class Quantities(Mapping):
 class Particles(dict):
     """Particle arrays of one output: name -> PySPH's ``ParticleArray``; ``time`` [s] is that of the output."""
 
-    def __init__(self, arrays, time):
+    def __init__(self, arrays: dict[str, ParticleArray], time: float):
         super().__init__(arrays)
         self.time = time
 
@@ -113,43 +116,43 @@ class Particles(dict):
 class SavedRun:
     """A run of a scene, read from the files in its ``folder``; made by :func:`load_run`. Files are read when needed."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | os.PathLike):
         self.folder = Path(folder)
 
     @cached_property
-    def record(self):
+    def record(self) -> dict[str, Any]:
         """The content of ``run.json`` as a dict: everything that is known of how the run was made."""
         return run_record(self.folder)
 
     @property
-    def scene(self):
+    def scene(self) -> str:
         """Name of the scene."""
         return self.record.get("scene", "")
 
     @property
-    def dim(self):
+    def dim(self) -> int:
         """Dimension of the scene, 2 or 3."""
         return int(self.record["dim"])
 
     @property
-    def spacing(self):
+    def spacing(self) -> float:
         """Spacing of the particles [m]."""
         return float(self.record["spacing"])
 
     @property
-    def completed(self):
+    def completed(self) -> bool:
         """Whether the run reached its end; false if an error or Ctrl-C ended it, or if it still runs."""
         return bool(self.record.get("completed"))
 
     @cached_property
-    def results(self):
+    def results(self) -> Quantities:
         """The table of results: column name -> array (rows,), with units and meanings (:class:`Quantities`)."""
         described = {current_quantity(name): about for name, about in self.record.get("columns", {}).items()}
         table = load_results(self.folder)
         return Quantities("column", {current_quantity(name): values for name, values in table.items()}, described)
 
     @cached_property
-    def settings(self):
+    def settings(self) -> Quantities:
         """Parameters of the scene ("superheat"), of effects ("heater.temperature") and constants of the material
         ("material.T_sat"): name -> value, with units (:class:`Quantities`)."""
         groups = {"scene": self.record.get("parameters", {}), **self.record.get("effects", {}),
@@ -160,21 +163,21 @@ class SavedRun:
         return Quantities("setting", {name: row["value"] for name, row in found.items()}, found)
 
     @property
-    def material(self):
+    def material(self) -> str | None:
         """Name of the fluid; ``None`` in a scene without heat."""
         return self.record.get("material")
 
     @cached_property
-    def files(self):
+    def files(self) -> list[str]:
         """Paths of the particle files, in order of time."""
         return output_files(self.folder)
 
     @cached_property
-    def times(self):
+    def times(self) -> np.ndarray:
         """Time [s] of each particle file, (files,)."""
         return np.array([output_time(file) for file in self.files])
 
-    def particles(self, time):
+    def particles(self, time: float) -> Particles:
         """The :class:`Particles` of the last output at or before ``time`` [s].
 
         A run on several ranks gives the particles of all ranks. Errors: ``FileNotFoundError`` for a run without
@@ -189,7 +192,7 @@ class SavedRun:
         return Particles(*load_output(self.files[int(np.searchsorted(times, time + late, side="right")) - 1]))
 
     @cached_property
-    def events(self):
+    def events(self) -> list[Event]:
         """Departures, vents and bursts as a list of :class:`Event`, in order of time."""
         found = [self._event(t, "departure", n, site[0] if site else -1)
                  for t, n, *site in self.record.get("departures", ())]
@@ -213,7 +216,7 @@ class SavedRun:
         return in_order(np.concatenate([np.zeros((0, 3)), *(
             positions(pa) for name, pa in arrays.items() if "site" in name)]))
 
-    def to_xarray(self):
+    def to_xarray(self) -> Any:
         """The results as an ``xarray.Dataset`` over the coordinate ``t``, with ``units`` and ``long_name`` of each.
 
         Errors: ``ModuleNotFoundError`` without xarray, which is in ``pip install 'pysph_boiling[analysis]'``.
@@ -244,7 +247,7 @@ class SavedRun:
             f"  settings    {len(self.settings)}: run.settings prints them"])
 
 
-def load_run(directory, *, unfinished=False):
+def load_run(directory: str | os.PathLike, *, unfinished: bool = False) -> SavedRun:
     """Read the run in an output folder; returns a :class:`SavedRun`.
 
     A run that an error or Ctrl-C ended, or that still runs, is only read with ``unfinished=True``.
@@ -275,12 +278,13 @@ def told(times):
     return f"{len(times)} outputs from {times[0]:.4g} to {times[-1]:.4g} s, about every {every:.3g} s"
 
 
-def diameter(n, dim):
+def diameter(n: ArrayLike, dim: int) -> np.ndarray:
     """Diameter [spacings] of a disc or ball of ``n`` particles."""
+    n = np.asarray(n)
     return np.sqrt(4.0 * n / np.pi) if dim == 2 else np.cbrt(6.0 * n / np.pi)
 
 
-def load_results(path):
+def load_results(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Read ``results.npz`` (the file, or the folder that holds it) as a dict of columns: name -> array (rows,).
 
     >>> from tempfile import TemporaryDirectory

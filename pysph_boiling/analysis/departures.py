@@ -1,4 +1,5 @@
 """When and from which sites bubbles depart, and how large they are then."""
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,13 +41,13 @@ class Departed:
     sites: tuple
 
     @property
-    def scatters(self):
+    def scatters(self) -> np.ndarray:
         """Scatter [-] of the period of each site with enough bubbles, (sites,)."""
         values = np.array([site.scatter for site in self.sites])
         return values[np.isfinite(values)]
 
 
-def departed(events, end):
+def departed(events: Sequence[tuple], end: float) -> Departed:
     """The :class:`Departed` of ``events``, a list of (time [s], particles, site), in a run that ended at ``end`` [s].
 
     Errors: ``ValueError`` for events without a site, which earlier versions recorded.

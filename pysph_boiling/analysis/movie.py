@@ -1,6 +1,7 @@
 """Movies from series of pictures: GIF and WebP with Pillow, MP4 with the ffmpeg of the package imageio-ffmpeg."""
 import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ MP4_QUALITIES = (18, 22, 26, 30, 34)  # constant rate factors of H.264: 0 lossle
 WEBP_QUALITIES = (80, 65, 50, 35, 20)  # 0 .. 100
 
 
-def check_movie(kind, fps, limit=None):
+def check_movie(kind: str, fps: float, limit: float | None = None) -> None:
     """Raise the errors of :func:`write_movie` before pictures are drawn; ``kind`` is one of ``KINDS``."""
     if not (math.isfinite(fps) and fps > 0.0):
         raise ValueError(f"fps must be > 0, got {fps}")
@@ -31,7 +32,7 @@ def check_movie(kind, fps, limit=None):
                           ) from None
 
 
-def write_movie(paths, path, fps=15, limit=None):
+def write_movie(paths: Sequence, path: str | os.PathLike, fps: float = 15, limit: float | None = None) -> Path:
     """Write pictures of equal size, in order, as a movie; returns its path.
 
     The suffix of ``path`` chooses the format. A ``.gif`` loops forever, has one palette for all pictures and is at most

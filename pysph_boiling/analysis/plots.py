@@ -1,5 +1,8 @@
 """The history of a run in one figure; matplotlib is imported where it draws."""
+import os
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +15,7 @@ LEDGER_LIMIT = 1e-10  # residual of the energy ledger that a run in double preci
 RESIDUAL_FLOOR = 1e-18  # drawn in place of an exact zero, which a logarithmic axis cannot show
 DPI = 150
 BLUE, ORANGE, GREEN, PURPLE, YELLOW = "#3B7EBF", "#D9722A", "#2A8C6E", "#8E4585", "#E8C547"
-STYLE = {
+STYLE: dict[Any, Any] = {
     "axes.labelcolor": INK, "axes.titlecolor": INK, "axes.edgecolor": "#B0B5BC", "axes.linewidth": 0.6,
     "axes.titlelocation": "left", "axes.titlesize": 9.5, "axes.titleweight": "bold", "axes.labelsize": 9,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
@@ -22,7 +25,7 @@ STYLE = {
 }
 
 
-def plot_history(results, path, dim=3):
+def plot_history(results: Mapping[str, np.ndarray], path: str | os.PathLike, dim: int = 3) -> list[str]:
     """Draw the panels of :data:`PANELS` for which ``results`` has columns; returns their names, in order.
 
     Parameters

@@ -1,7 +1,10 @@
 """Size, position and shape of bubbles over time, from the particle files of a run, and quantities derived from them."""
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
+from pysph.base.particle_array import ParticleArray
 from scipy.spatial import Delaunay, cKDTree
 
 from pysph_boiling.analysis.drops import pieces
@@ -42,12 +45,13 @@ class Shape:
     occupied: float
 
     @property
-    def aspect(self):
+    def aspect(self) -> float:
         """Width over height [-], above 1 for a flat bubble."""
         return self.width / self.height if self.height > 0.0 else np.nan
 
 
-def shapes(fluid, dim, rho0, period=(0.0, 0.0, 0.0), uids=None):
+def shapes(fluid: ParticleArray, dim: int, rho0: float, period: Sequence[float] = (0.0, 0.0, 0.0),
+           uids: np.ndarray | None = None) -> list[Shape]:
     """The :class:`Shape` of every bubble of a fluid array with labels, largest first.
 
     ``fluid`` has ``x, y, z`` [m], ``m`` [kg], ``phase``, ``bubble`` and, where vapour swells, ``swell``; ``rho0`` is
@@ -90,7 +94,8 @@ class Free:
     void: float
 
 
-def free_bubbles(fluid, walls, *, dim, spacing, floor, rho0=1.0):
+def free_bubbles(fluid: ParticleArray, walls: ParticleArray, *, dim: int, spacing: float, floor: float,
+                 rho0: float = 1.0) -> list[Free]:
     r"""The :class:`Free` bubbles of a fluid array with labels that have at least ``PIECE`` particles, largest first.
 
     ``fluid`` is that of :func:`shapes`, ``walls`` a list of wall arrays, and ``spacing`` that of the particles [m]. A
@@ -161,7 +166,7 @@ def largest(fluid, t, dim, rho0, uids=None):
         "height2": two.centroid[dim - 1] if two else np.nan}
 
 
-def hole(fluid, dim):
+def hole(fluid: ParticleArray, dim: int) -> float:
     """Radius [m] of the hole in a ring-shaped bubble, the largest of a fluid array with labels; 0 if it is no ring.
 
     It is the distance of the nearest of its particles from the vertical axis through its centroid. A bubble is a ring
@@ -183,7 +188,7 @@ def history(rows):
     return {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
 
 
-def track(files, dim, rho0, *, first=False):
+def track(files: Sequence, dim: int, rho0: float, *, first: bool = False) -> dict[str, np.ndarray]:
     """History of the bubbles of a run, with one row for each of its particle ``files`` that has vapour.
 
     ``dim`` and ``rho0`` are those of :func:`shapes`. With ``first`` only particles count that are vapour in the first
@@ -201,7 +206,7 @@ def track(files, dim, rho0, *, first=False):
     return history(largest(arrays["fluid"], t, dim, rho0, uids) for arrays, t in map(load_output, files))
 
 
-def fall(history):
+def fall(history: dict[str, np.ndarray]) -> float:
     """Largest step downwards [m] of the bubble of the start in a history from :func:`track`, until it has burst.
 
     It has burst when the largest bubble has less than half as many particles as at the start: what is left is a piece
@@ -212,7 +217,7 @@ def fall(history):
     return float(np.max(-np.diff(height), initial=0.0))
 
 
-def rise_speed(t, height, low, high):
+def rise_speed(t: np.ndarray, height: np.ndarray, low: float, high: float) -> float:
     """Slope [m/s] of a straight line fitted to ``height`` [m] over time ``t`` [s] between the heights ``low`` and
     ``high`` [m]; NaN with fewer than three moments between them.
     """
@@ -221,7 +226,7 @@ def rise_speed(t, height, low, high):
     return float(np.polyfit(t[between], height[between], 1)[0]) if np.count_nonzero(between) >= 3 else np.nan
 
 
-def mendelson(radius, g=9.81, sigma=0.0, rho=1.0):
+def mendelson(radius: float, g: float = 9.81, sigma: float = 0.0, rho: float = 1.0) -> float:
     """Rise speed [m/s] of a bubble of equivalent ``radius`` [m] in a large still liquid, sqrt(g R + sigma/(rho R)).
 
     Source: H. D. Mendelson, AIChE J. 13, 1967. For large bubbles it agrees with the measurement of Davies & Taylor
@@ -230,7 +235,7 @@ def mendelson(radius, g=9.81, sigma=0.0, rho=1.0):
     return float(np.sqrt(g * radius + sigma / (rho * radius)))
 
 
-def pulsation(t, values, periods):
+def pulsation(t: np.ndarray, values: np.ndarray, periods: ArrayLike) -> tuple[float, float, float]:
     """(relative amplitude, period [s], share) of the sine that fits ``values`` over time ``t`` [s] best.
 
     The period is one of ``periods`` [s]. A parabola is fitted together with the sine, so that growth does not count as
@@ -243,20 +248,19 @@ def pulsation(t, values, periods):
         return np.nan, np.nan, np.nan
     s = (t - t.mean()) / np.ptp(t)
     trend = np.stack([np.ones_like(s), s, s**2], -1)
-    best = None
+    fits = []
     around = np.sum((values - trend @ np.linalg.lstsq(trend, values, rcond=None)[0]) ** 2)
     for period in periods:
         angle = 2.0 * np.pi * t / period
         design = np.column_stack([trend, np.cos(angle), np.sin(angle)])
         solution = np.linalg.lstsq(design, values, rcond=None)[0]
         left = np.sum((values - design @ solution) ** 2)
-        if best is None or left < best[0]:
-            best = left, float(np.hypot(*solution[3:])), float(period)
-    left, amplitude, period = best
+        fits.append((left, float(np.hypot(*solution[3:])), float(period)))
+    left, amplitude, period = min(fits, key=lambda fit: fit[0])
     return amplitude / float(values.mean()), period, 1.0 - float(left / around) if around > 0.0 else 0.0
 
 
-def lasting(t, holds, least):
+def lasting(t: ArrayLike, holds: ArrayLike, least: float) -> float:
     """First time [s] from which ``holds`` (n,) stays true for at least ``least`` [s]; NaN if there is none."""
     t, holds = np.asarray(t), np.asarray(holds, dtype=bool)
     begin = None
@@ -286,17 +290,17 @@ class Event:
     smaller: int
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """Vapour after the event over vapour before it, by number of particles [-]."""
         return self.after / self.before
 
 
-def merger(history):
+def merger(history: dict[str, np.ndarray]) -> Event | None:
     """The :class:`Event` in a history from :func:`track` by which two bubbles merged for good, or ``None``."""
     return _event(history, history["bubbles"] == 1, history["bubbles"] >= 2)
 
 
-def split(history):
+def split(history: dict[str, np.ndarray]) -> Event | None:
     """The :class:`Event` in a history from :func:`track` by which one bubble split, or ``None``."""
     return _event(history, history["bubbles"] >= 2, history["bubbles"] == 1)
 

@@ -7,12 +7,12 @@ from pysph_boiling.names import unknown
 __all__ = ["scene_class", "scenes"]
 
 
-def scenes():
+def scenes() -> list[str]:
     """Sorted names of all scenes: the modules of ``pysph_boiling.examples`` that define one."""
     return sorted(info.name for info in pkgutil.iter_modules(__path__))
 
 
-def scene_class(name):
+def scene_class(name: str) -> type:
     """The application class of the scene ``name``. Raises ``ValueError`` with the known names for an unknown one."""
     if name not in scenes():
         raise unknown("scene", name, scenes())

@@ -6,6 +6,7 @@ found by subtraction, so the residual measures how well the scheme conserves ene
     residual = (E - E_0 - sum of signed flows) / max(energy moved so far, m_p L)
 """
 import json
+import os
 import warnings
 from collections.abc import Sequence
 
@@ -16,6 +17,7 @@ from pysph_boiling.files import npz, whole
 from pysph_boiling.names import whole_number
 from pysph_boiling.particles import BASE_PROPERTIES, PYSPH_PROPERTIES
 from pysph_boiling.schemes.effects import Column, Effect, Snapshot, sum_over, totals
+from pysph_boiling.schemes.guest import BoilingGuest
 
 __all__ = ["GuestLedger", "Ledger", "save_results", "write_json"]
 
@@ -264,7 +266,7 @@ class GuestLedger(Ledger):
     Properties that belong to the other scheme hold no enthalpy, and are not checked.
     """
 
-    def __init__(self, guest, every=1, path=None):
+    def __init__(self, guest: BoilingGuest, every: int = 1, path: str | os.PathLike | None = None):
         super().__init__(guest.scheme, every, path)
 
     def check(self, arrays):

@@ -1,5 +1,9 @@
 """BoilingScheme: Position Based Fluids with heat, phases and bubbles, composed of effects."""
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from pysph.base.particle_array import ParticleArray
 
 from pysph_boiling.materials import WATER_1ATM, Material
 from pysph_boiling.particles import add_properties
@@ -44,8 +48,9 @@ class BoilingScheme(PBFScheme):
 
     slots = Slots()
 
-    def __init__(self, fluids, solids, *, dim, spacing, material=WATER_1ATM, sites=(), effects=None, T_start=None,
-                 forms="ours", **slots):
+    def __init__(self, fluids: Sequence[str], solids: Sequence[str], *, dim: int, spacing: float,
+                 material: Material = WATER_1ATM, sites: Sequence[str] = (), effects: str | None = None,
+                 T_start: Any = None, forms: str = "ours", **slots: Any):
         if not isinstance(material, Material):
             raise ValueError(f"material must be a Material, got {material!r}")
         if effects not in (None, "auto"):
@@ -65,7 +70,7 @@ class BoilingScheme(PBFScheme):
             self.set_forms(self.forms)
         super().setup_properties(particles, clean)
 
-    def set_temperature(self, pa, T):
+    def set_temperature(self, pa: ParticleArray, T: float | np.ndarray) -> None:
         """Set the initial temperature ``T`` [K], a number or (n,), of a fluid array: liquid, superheated above T_sat.
 
         Call it after ``setup_properties``. Raises ``ValueError`` for temperatures below melting or not below the

@@ -3,10 +3,11 @@
 ``forms="paper"`` (``--forms paper``) uses all of them at once, and a name or several names some of them. A row changes
 parameters of the effects that a scene has, and adds no effect.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from pysph_boiling.names import SchemeError, option, unknown
+from pysph_boiling.schemes.effects import Effect, SchemeContext
 from pysph_boiling.schemes.effects.dynamic_nucleation import Q_CRIT
 from pysph_boiling.schemes.modes import with_changes
 
@@ -32,16 +33,16 @@ class Form:
     where: dict = field(default_factory=dict)
     refused: Callable | None = None
 
-    def concerns(self, effects):
+    def concerns(self, effects: dict[str, Effect]) -> bool:
         """Whether the effects (slot -> effect) of a scene include the one that this form is about."""
         effect = effects.get(self.slot)
         return effect is not None and all(getattr(effect, name) == value for name, value in self.where.items())
 
-    def applied(self, effects):
+    def applied(self, effects: dict[str, Effect]) -> dict[str, Effect]:
         """The effects (slot -> effect) of a scene in this form, as a new dict."""
         return with_changes(effects, {self.slot: self.changes}, self.without)
 
-    def holds(self, effects):
+    def holds(self, effects: dict[str, Effect]) -> bool:
         """Whether the effects (slot -> effect) of a scene have this form."""
         return self.concerns(effects) and self.applied(effects) == effects
 
@@ -110,7 +111,7 @@ FORMS = {
 }
 
 
-def chosen(forms):
+def chosen(forms: str | Sequence[str]) -> tuple[str, ...]:
     """The names of forms, in the order of the table: ``"ours"`` has none, ``"paper"`` all, else one or several names.
 
     Several are a sequence of names, or a text with commas. Raises ``ValueError`` for an unknown name.
@@ -122,7 +123,8 @@ def chosen(forms):
     return tuple(FORMS) if names == ["paper"] else tuple(name for name in FORMS if name in names)
 
 
-def effects_in_forms(forms, effects, scene):
+def effects_in_forms(forms: str | Sequence[str], effects: dict[str, Effect],
+                     scene: Callable[[], SchemeContext]) -> tuple[dict[str, Effect], list[str]]:
     """The effects (slot -> effect) in forms of the paper as a new dict, and sentences about what is left out.
 
     ``"paper"`` leaves out a form whose effect is not there, and one that the scene cannot have, which gives a sentence
@@ -152,7 +154,7 @@ def effects_in_forms(forms, effects, scene):
     return result, sentences
 
 
-def forms_in(effects):
+def forms_in(effects: dict[str, Effect]) -> tuple[list[str], list[str]]:
     """The names of the forms of the paper that the effects (slot -> effect) of a scene have, and of ours instead."""
     there = [name for name, form in FORMS.items() if form.concerns(effects)]
     paper = [name for name in there if FORMS[name].holds(effects)]

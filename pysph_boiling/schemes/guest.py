@@ -1,12 +1,16 @@
 """The model as a guest in other PySPH schemes, which move the particles: :class:`BoilingGuest`."""
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from pysph.base.particle_array import ParticleArray
 from pysph.solver.tools import Tool
 from pysph.sph.acceleration_eval import make_acceleration_evals
 from pysph.sph.equation import Equation, Group, MultiStageEquations
 from pysph.sph.sph_compiler import SPHCompiler
 
 from pysph_boiling.equations import bubble_groups
-from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.materials import WATER_1ATM, Material
 from pysph_boiling.names import unknown
 from pysph_boiling.parallel import ranks
 from pysph_boiling.parallel.ghosts import GhostRefresh, Ghosts
@@ -79,9 +83,11 @@ class BoilingGuest(ThermalStages):
     ['bubbles', 'forces', 'heat', 'phases']
     """
 
-    def __init__(self, fluids, solids=(), sites=(), *, dim, spacing, hdx=1.2, material=WATER_1ATM, gravity=None,
-                 kernel=None, mode="dynamic", **effects):
-        present = effects_in_mode(mode, {slot: effect for slot, effect in effects.items() if effect is not None})
+    def __init__(self, fluids: Sequence[str], solids: Sequence[str] = (), sites: Sequence[str] = (), *, dim: int,
+                 spacing: float, hdx: float = 1.2, material: Material = WATER_1ATM,
+                 gravity: Sequence[float] | None = None, kernel: Any = None, mode: str = "dynamic", **effects: Any):
+        asked = {slot: effect for slot, effect in effects.items() if effect is not None}
+        present: dict[str, Any] = effects_in_mode(mode, asked)
         for slot, effect in present.items():
             if not getattr(effect, "in_guest", True):
                 raise ValueError(f"effect '{slot}' ({type(effect).__name__}) needs the density constraint of "
@@ -94,7 +100,7 @@ class BoilingGuest(ThermalStages):
         self.evaluators = self.solver = None
         self.due = False
 
-    def setup(self, particles, heated=None):
+    def setup(self, particles: Sequence[ParticleArray], heated: dict[str, np.ndarray] | None = None) -> None:
         """Add the properties and constants of the effects to ``particles``, all arrays of the scene.
 
         ``heated`` maps the name of a wall to (n,) values that are true where it is a heater. Properties of the other
@@ -120,25 +126,25 @@ class BoilingGuest(ThermalStages):
         widen_sites(scheme, particles)
         scheme.setup_properties(particles, clean=False)
 
-    def set_temperature(self, pa, T):
+    def set_temperature(self, pa: ParticleArray, T: float | np.ndarray) -> None:
         """Set the temperature ``T`` [K], a number or (n,), of a fluid array (:meth:`BoilingScheme.set_temperature`)."""
         self.scheme.set_temperature(pa, T)
 
-    def groups(self):
+    def groups(self) -> list[Group]:
         """The groups to add after those of the other scheme."""
         return [Group([GuestCall(name, None) for name in self.scheme.fluids], pre=self.evaluate, name="guest")]
 
-    def tools(self):
+    def tools(self) -> list[Tool]:
         """The PySPH tools: the guest itself, the guard against NaN, and those of the effects."""
         return [GuestTool(self), *self.scheme.tools()]
 
-    def describe(self):
+    def describe(self) -> str:
         """Text with stages, groups, and the effect to which each equation belongs."""
         return self.scheme.describe()
 
     # --- in a step ----------------------------------------------------------------------------------------------------
 
-    def begin(self, solver):
+    def begin(self, solver: Any) -> None:
         """Compile the stages before the first step, with the neighbour search of the ``solver``."""
         scheme, nnps = self.scheme, solver.nnps
         found = {pa.name: pa for pa in nnps.particles}
@@ -167,14 +173,14 @@ class BoilingGuest(ThermalStages):
             evaluator.set_nnps(nnps)
         self.evaluators, self.solver = evaluators, solver
 
-    def check_time_step(self, dt):
+    def check_time_step(self, dt: float) -> None:
         """Raise ``ValueError`` if a step of ``dt`` [s] would let drag overshoot."""
         rate = sum(effect.rate_of_velocity(self.scheme.scene()) for effect in self.scheme.effects.values())
         if rate * dt > MAX_VELOCITY_EXCHANGE:
             raise ValueError(f"the time step must be at most {MAX_VELOCITY_EXCHANGE / rate:.3g} s for the drag of the "
                              f"guest, got {dt:.3g} s")
 
-    def evaluate(self):
+    def evaluate(self) -> None:
         """Called in each evaluation of the scheme, after its own groups: the stages of the guest."""
         if self.evaluators is None:  # PySPH's evaluation before the first step
             return
@@ -201,7 +207,7 @@ class GuestTool(Tool):
         self.guest.due = True
 
 
-def label_groups(pa, *, radius):
+def label_groups(pa: ParticleArray, *, radius: float) -> list[Group]:
     """Groups that label the bubbles of the array ``pa``, to be added to the equations of any scheme.
 
     Vapour particles (``phase`` 3) closer than ``radius`` [m], which is at most the kernel support, belong together.

@@ -4,11 +4,13 @@ PySPH compiles ``PBFIntegrator.one_timestep`` as it is. The two generators in it
 often, and they read the state between two stages.
 """
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 from compyle.profile import profile_ctx
+from pysph.base.particle_array import ParticleArray
 from pysph.solver.tools import Tool
 from pysph.sph.integrator import Integrator
 from pysph.sph.integrator_step import IntegratorStep
@@ -399,7 +401,7 @@ class HeatClock(Tool):
     The time step must obey the explicit limit, :func:`pysph_boiling.schemes.effects.heat_step_limit`.
     """
 
-    def __init__(self, arrays, evaluations=1):
+    def __init__(self, arrays: Iterable[ParticleArray], evaluations: int = 1):
         self.arrays, self.evaluations = list(arrays), whole_number("evaluations", evaluations, low=1)
         for pa in self.arrays:
             if "heat_dt" not in pa.constants:

@@ -2,10 +2,14 @@
 
 :data:`MODES` describes each model, and how it changes the effects of a scene. All three conserve mass and energy.
 """
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
+
+from pysph.base.particle_array import ParticleArray
 
 from pysph_boiling.names import unknown
-from pysph_boiling.schemes.effects import SiteStorage
+from pysph_boiling.schemes.effects import Effect, SiteStorage
 
 __all__ = ["MODES", "Mode", "effects_in_mode", "widen_sites", "with_changes"]
 
@@ -53,7 +57,7 @@ MODES = {
 }  # adhesion would keep a few particles of an emitted bubble, which would occupy their site forever
 
 
-def effects_in_mode(mode, effects):
+def effects_in_mode(mode: str, effects: dict[str, Effect]) -> dict[str, Effect]:
     """The effects (slot -> effect) of a scene in another mode, as a new dict; ``"dynamic"`` changes nothing.
 
     Raises ``ValueError`` for an unknown mode, and for a scene that lacks an effect which the mode needs.
@@ -68,7 +72,7 @@ def effects_in_mode(mode, effects):
     return row.adds | with_changes(effects, row.changes, row.without)
 
 
-def with_changes(effects, changes, without=()):
+def with_changes(effects: dict[str, Effect], changes: Any, without: Sequence[str] = ()) -> dict[str, Effect]:
     """The effects (slot -> effect) with ``changes`` (slot -> name -> value) of those that are there, as a new dict.
 
     Slots in ``without`` are left out.
@@ -77,7 +81,7 @@ def with_changes(effects, changes, without=()):
             for slot, effect in effects.items() if slot not in without}
 
 
-def widen_sites(scheme, arrays):
+def widen_sites(scheme: Any, arrays: Iterable[ParticleArray]) -> None:
     """Extend the reach of the site arrays to what storage in sites needs, if the scheme has that effect."""
     if "storage" in scheme.effects:
         h = scheme.effects["storage"].reach(scheme.scene()) / scheme.kernel.radius_scale

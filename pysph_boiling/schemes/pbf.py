@@ -1,9 +1,14 @@
 """PBFScheme: Position Based Fluids for PySPH, and the machinery that turns effects into a scheme."""
 import math
 import warnings
+from collections.abc import Sequence
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from pysph.base.kernels import CubicSpline
+from pysph.base.particle_array import ParticleArray
+from pysph.solver.tools import Tool
 from pysph.sph.equation import MultiStageEquations
 from pysph.sph.scheme import Scheme
 
@@ -22,16 +27,16 @@ from pysph_boiling.particles import (
 )
 from pysph_boiling.schemes import options as option_module
 from pysph_boiling.schemes.auto import choose, report
-from pysph_boiling.schemes.effects import EFFECTS, SchemeContext, check_temperatures
+from pysph_boiling.schemes.effects import EFFECTS, Effect, SchemeContext, check_temperatures
 from pysph_boiling.schemes.effects.mechanics import WorkMeter
 from pysph_boiling.schemes.forms import effects_in_forms, forms_in
 from pysph_boiling.schemes.guard import Guard
 from pysph_boiling.schemes.integrator import PBFFrozenStep, PBFIntegrator, PBFStep
 from pysph_boiling.schemes.lean import lean_terms, why_general
 from pysph_boiling.schemes.quality import QUALITIES
-from pysph_boiling.schemes.reductions import GENERAL
+from pysph_boiling.schemes.reductions import GENERAL, Reductions
 from pysph_boiling.schemes.solver import StagedSolver, vector_tag
-from pysph_boiling.schemes.stages import STAGES, build_stage, check_places
+from pysph_boiling.schemes.stages import STAGES, Term, build_stage, check_places
 
 __all__ = ["PBFScheme"]
 
@@ -85,16 +90,18 @@ class PBFScheme(Scheme):
     """
 
     slots = Slots(without="heat")
-    material = None
+    material: Any = None
     hosted = False  # whether another scheme moves the particles, so that no effect ``density`` is required
     shared = False  # whether arrays hold one rank's share of the particles, and were checked as a whole before
 
-    def __init__(self, fluids, solids, *, dim, spacing, rho0=1000.0, gravity=None, hdx=1.2, kernel=None, sites=(),
-                 quality="standard", lean=True, density=_DEFAULT, **effects):
+    def __init__(self, fluids: Sequence[str], solids: Sequence[str], *, dim: int, spacing: float, rho0: float = 1000.0,
+                 gravity: Sequence[float] | None = None, hdx: float = 1.2, kernel: Any = None,
+                 sites: Sequence[str] = (), quality: str = "standard", lean: bool = True, density: Any = _DEFAULT,
+                 **effects: Any):
         if isinstance(dim, float) or dim not in (2, 3):
             raise ValueError(f"dim must be 2 or 3, got {dim!r}")
         for name, value, unit in (("spacing", spacing, "m"), ("rho0", rho0, "kg/m^3")):
-            if not (np.isscalar(value) and math.isfinite(value) and value > 0.0):
+            if not (isinstance(value, Real) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be > 0 {unit}, got {value} {unit}")
         if not SPACING_RANGE[0] <= spacing <= SPACING_RANGE[1]:
             raise ValueError(f"spacing must lie in [{SPACING_RANGE[0]:g}, {SPACING_RANGE[1]:g}] m, got {spacing} m")
@@ -128,13 +135,13 @@ class PBFScheme(Scheme):
         self.given = {}  # name -> particle array that was set up
         self.period = np.zeros(3)
         self.dt = None
-        self.integrator = None
+        self.integrator: Any = None
         self.choices = []
         super().__init__(list(fluids), list(solids), dim)
 
     # --- effects ------------------------------------------------------------------------------------------------------
 
-    def set_effects(self, **effects):
+    def set_effects(self, **effects: Effect | None) -> None:
         """Set the effects of slots, or leave one out with ``None``. Raises ``ValueError`` for an unknown slot."""
         for slot, effect in effects.items():
             if slot not in self.slots and current_name(slot) != slot:
@@ -150,7 +157,7 @@ class PBFScheme(Scheme):
                 self.effects[slot] = effect
         self.effects = {slot: self.effects[slot] for slot in self.slots if slot in self.effects}
 
-    def set_quality(self, name):
+    def set_quality(self, name: str) -> None:
         """Use the time step and density sweeps of a preset. Raises ``ValueError`` for an unknown name."""
         if name not in QUALITIES:
             raise unknown("quality", name, QUALITIES)
@@ -158,7 +165,7 @@ class PBFScheme(Scheme):
         self.dt_factor = quality.dt_factor
         self.set_effects(density=quality.density)
 
-    def set_forms(self, forms):
+    def set_forms(self, forms: str) -> None:
         """Give the effects forms of the paper: "paper", "ours" or names (:mod:`pysph_boiling.schemes.forms`).
 
         What "paper" leaves out is told as a warning. Raises ``ValueError`` for an unknown name, and for a named form
@@ -169,13 +176,14 @@ class PBFScheme(Scheme):
             warnings.warn(sentence, stacklevel=2)
         self.effects = effects
 
-    def derive(self, particles, T=None, candidates=None, asked=None):
+    def derive(self, particles: Sequence[ParticleArray], T: Any = None, candidates: dict | None = None,
+               asked: dict | None = None) -> None:
         """Choose the effects from the arrays of the scene (:func:`pysph_boiling.schemes.auto.choose`)."""
         self.choices = choose(self, particles, T, candidates, asked)
         self.set_effects(**{choice.slot: choice.effect for choice in self.choices})
         print(report(self.choices))
 
-    def scene(self):
+    def scene(self) -> SchemeContext:
         """The :class:`SchemeContext` of the effects. Raises ``ValueError`` if one lacks another that it requires."""
         for slot, effect in self.effects.items():
             for needed in effect.requires:
@@ -191,41 +199,41 @@ class PBFScheme(Scheme):
             spacing=self.spacing, h=self.hdx * self.spacing, kernel=self.kernel, rho0=self.rho0,
             material=self.material, gravity=self.gravity, effects=self.effects, period=self.period, hosted=self.hosted)
 
-    def skin(self):
+    def skin(self) -> float:
         """Distance by which neighbour lists reach farther than the support [m]."""
         return self.effects["density"].skin * self.spacing if "density" in self.effects else 0.0
 
-    def terms(self):
+    def terms(self) -> list[Term]:
         """Every :class:`Term` of the scheme, with its owner, in the order in which terms stand in their groups."""
         scene = self.scene()
         return [term._replace(owner=slot) for fluid in self.fluids for slot, effect in self.effects.items()
                 for term in effect.terms(scene, fluid)]
 
-    def built_terms(self):
+    def built_terms(self) -> tuple[list[Term], dict]:
         """(terms, why): the terms for the arrays that were set up, with lean sums, or the reason why without them."""
         terms, why = self.terms(), why_general(self, self.given)
         return (terms if why else lean_terms(terms, self)), why
 
     @property
-    def wall_jitter(self):
+    def wall_jitter(self) -> float:
         """Displacement of the wall particles that goes with the effects [spacings]: rough walls with multipliers."""
         return ROUGHNESS if "wall_multipliers" in self.effects else 0.0
 
     @property
-    def reductions(self):
+    def reductions(self) -> Reductions:
         """The :class:`~pysph_boiling.schemes.reductions.Reductions` of the particles: in C if the solver has lean sums.
         """
         return getattr(self.integrator, "reductions", GENERAL)
 
-    def sweep_limits(self):
+    def sweep_limits(self) -> tuple[int, int]:
         """The smallest and the largest number of density sweeps in one run of their stage."""
         return self.effects["density"].min_sweeps, SWEEP_LIMIT_FACTOR * self.effects["density"].max_sweeps
 
-    def pairs(self):
+    def pairs(self) -> list[tuple[str, str]]:
         """Names (destination, source) of the arrays of every sum over neighbours, sorted."""
         return sorted({(term.equation.dest, source) for term in self.terms() for source in term.equation.sources or ()})
 
-    def effect_rows(self, what):
+    def effect_rows(self, what: str) -> Any:
         """All ``effect.<what>(scene)`` of the effects in one list: properties of an array, flows or columns."""
         scene = self.scene()
         return [row for effect in self.effects.values() for row in getattr(effect, what)(scene)]
@@ -242,7 +250,7 @@ class PBFScheme(Scheme):
         self.lean = self.lean if options.lean is None else options.lean
         self.set_effects()
 
-    def time_step(self, dt_factor=None):
+    def time_step(self, dt_factor: float | None = None) -> float:
         """Suggested time step [s]: ``dt_factor`` of ``t* = sqrt(spacing/|g|)``, that of the quality if not given."""
         fall_time = self.scene().fall_time
         if math.isinf(fall_time):
@@ -285,7 +293,7 @@ class PBFScheme(Scheme):
         self.solver.on_domain = self.enter_domain
         self.solver.reach = 1.0 + self.skin() / (self.kernel.radius_scale * self.hdx * self.spacing)
 
-    def build_stages(self, terms, meter=None):
+    def build_stages(self, terms: Sequence[Term], meter: Any = None) -> Any:
         """(built, conditions): the PySPH groups of each stage that has terms, and what each stage needs to run.
 
         ``built`` maps the name of a stage to its groups, in the order of the stages, and ``conditions`` to functions of
@@ -316,7 +324,7 @@ class PBFScheme(Scheme):
                 conditions.setdefault(name, []).append(needed)
         return {name: groups for name, groups in built.items() if groups}, conditions
 
-    def heat_limits(self):
+    def heat_limits(self) -> Any:
         """(longest, largest): the longest stable heat step [s], and the largest change of enthalpy in it [J/kg]."""
         if "heat" not in self.effects:
             return math.inf, math.inf
@@ -374,7 +382,7 @@ class PBFScheme(Scheme):
         for effect in self.effects.values():
             effect.prepare(scene, arrays)
 
-    def give_names(self, particles):
+    def give_names(self, particles: Sequence[ParticleArray]) -> dict[str, ParticleArray]:
         """Name -> particle array, which is also stored; raises ``ValueError`` if one is missing, or empty everywhere.
         """
         self.given = arrays = {pa.name: pa for pa in particles}
@@ -385,12 +393,12 @@ class PBFScheme(Scheme):
                 raise ValueError(f"particle array '{name}' is empty: it needs at least one particle")
         return arrays
 
-    def weigh(self, particles):
+    def weigh(self, particles: Sequence[ParticleArray]) -> None:
         """Correct the masses of several walls for each other, once: another scheme and other ranks keep theirs."""
         if len(self.solids) > 1 and not (self.hosted or self.shared):
             weigh_walls([pa for pa in particles if pa.name in self.solids], kernel=self.kernel, dim=self.dim)
 
-    def enter_domain(self, domain, particles):
+    def enter_domain(self, domain: Any, particles: Sequence[ParticleArray]) -> None:
         """Adapt to the periodic ``domain`` of the solver, before the first step.
 
         Raises ``ValueError`` for a domain that is too short, or whose borders are closed by the container.
@@ -419,7 +427,7 @@ class PBFScheme(Scheme):
         for effect in self.effects.values() if not self.shared else ():
             effect.check(scene, arrays)
 
-    def check(self, particles):
+    def check(self, particles: Sequence[ParticleArray]) -> None:
         """Check arrays against the scheme; raises ``ValueError`` before anything is written."""
         arrays = {pa.name: pa for pa in particles}
         scene = self.scene()
@@ -448,11 +456,11 @@ class PBFScheme(Scheme):
 
     # --- what was built -----------------------------------------------------------------------------------------------
 
-    def tools(self):
+    def tools(self) -> list[Tool]:
         """The PySPH tools of the effects, in the order in which they act after a step."""
         return [Guard(self), *(tool for effect in self.effects.values() for tool in effect.tools(self))]
 
-    def describe(self):
+    def describe(self) -> str:
         """Text with stages, groups, and the effect to which each equation belongs."""
         lines = [f"{type(self).__name__}: {', '.join(f'{slot}={effect!r}' for slot, effect in self.effects.items())}"]
         paper, ours = forms_in(self.effects)

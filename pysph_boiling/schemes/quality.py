@@ -9,6 +9,7 @@ and add energy to sloshing water.
 """
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from pysph_boiling.schemes.effects import DensityConstraint
 
@@ -29,7 +30,7 @@ class Quality:
     stated: dict
     cost: float
 
-    def settings(self):
+    def settings(self) -> dict[str, Any]:
         """The values that it sets in a problem with these fields."""
         return dict(dt_factor=self.dt_factor, density=self.density)
 

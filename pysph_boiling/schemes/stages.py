@@ -3,6 +3,7 @@
 ``STAGES`` follows Algorithm 1 of the paper, with its loop rotated so that it needs one neighbour search. An effect only
 says to which group a term belongs, and this table gives the order. A stage without terms is not built.
 """
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -141,7 +142,7 @@ PLACES = {f"{stage.name}.{spec.name}": stage.name for stage in STAGES for block 
           for spec in block.groups}  # place -> its stage
 
 
-def check_places(terms, hooks, conditions):
+def check_places(terms: Sequence[Term], hooks: dict[str, Iterable[str]], conditions: dict[str, Iterable[str]]) -> None:
     """Raise ``ValueError`` for a place or stage that does not exist, or that has no equations.
 
     ``terms`` are all terms of a scheme; ``hooks`` and ``conditions`` map slots of effects to places and stages.
@@ -174,7 +175,9 @@ class Hooks(list):
             hook()
 
 
-def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
+def build_stage(stage: Stage, terms: Sequence[Term], *, limits: dict[str, tuple[int, int]],
+                conditions: dict[str, Callable], hooks: Callable, tag: str = "",
+                apart: dict[str, Callable] | None = None) -> list[Group] | None:
     """The PySPH groups of one stage from its terms, or ``None`` if no term belongs to it.
 
     ``limits`` maps the name of an iterated block to (min, max), and ``conditions`` that of a conditional block to a
@@ -185,13 +188,13 @@ def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
     because other combinations do not compile on every backend. A group finishes one array before it begins the next, so
     values that neighbours read must be written in another group (``tests/unit/test_order.py``).
     """
-    blocks = []
+    blocks, apart = [], apart or {}
     for number, block in enumerate(stage.blocks):
         groups = []
         for spec in block.groups:
             place = f"{stage.name}.{spec.name}"
             here = [term for term in terms if term.place == place]
-            if place in (apart or {}):
+            if place in apart:
                 owners = list(dict.fromkeys(term.owner for term in here))
                 for owner in owners:
                     equations = [term.equation for term in here if term.owner == owner]
@@ -201,7 +204,7 @@ def build_stage(stage, terms, *, limits, conditions, hooks, tag="", apart=None):
             elif here:
                 groups.append(Group([term.equation for term in here], name=place.replace(".", "_"),
                                     post=Hooks(hooks(place, spec)) or None,
-                                    condition=conditions.get(block.when)))
+                                    condition=conditions.get(block.when or "")))
         if groups:
             options = {}
             if block.iterate:

@@ -109,7 +109,7 @@ def join_labels(arrays, radius):
     if ranks.size() == 1:
         return
     (pa,) = arrays  # as the labels demand
-    n, label, phase, *place = (pa.get_number_of_particles(True), *(
+    n, label, phase, *place = (pa.get_number_of_particles(True), *(  # type: ignore[misc]
         pa.get(name, only_real_particles=False) for name in ("bubble", "phase", "x", "y", "z")))
     vapour, place = np.flatnonzero(phase == Phase.VAPOUR), np.stack(place, -1)
     here, there = vapour[vapour < n], vapour[vapour >= n]

@@ -4,8 +4,10 @@ import os
 import shlex
 import subprocess
 import sysconfig
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import cyarray
 import pysph
@@ -103,12 +105,12 @@ def exact_flags():
     return EXACT if any(name in compiler().lower() for name in ("gcc", "cc ", "clang")) else ()
 
 
-def sorted_cell_nnps(say=None):
+def sorted_cell_nnps(say: Callable[[str], None] | None = None) -> type:
     """The class ``SortedCellNNPS``; compiling takes 10 to 30 s, once. All else is said at ``EmbeddedModule.loaded``."""
     return SearchModule.loaded(say).SortedCellNNPS
 
 
-def search_for(application, say=None):
+def search_for(application: Any, say: Callable[[str], None] | None = None) -> Any:
     """The neighbour search for a PySPH ``Application``, to be returned from its ``create_nnps``.
 
     ``say`` is that of :func:`sorted_cell_nnps`. If the application runs on a device, the result is ``None``, so that

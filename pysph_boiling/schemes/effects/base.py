@@ -3,14 +3,16 @@ import dataclasses
 import functools
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from pysph.base.particle_array import ParticleArray
 
 from pysph_boiling.device import real
+from pysph_boiling.materials import Material
 from pysph_boiling.names import check_renamed, nearest
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import Property, host
@@ -24,7 +26,7 @@ __all__ = [
     "sum_over", "totals",
 ]
 
-EFFECTS: dict[str, list[type]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
+EFFECTS: dict[str, list[Any]] = {}  # slot -> effect classes, in the order in which their terms stand in a group
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,44 +43,44 @@ class SchemeContext:
     rho0: float
     material: Any
     gravity: tuple[float, float, float]
-    effects: dict[str, "Effect"]
+    effects: dict[str, Any]  # slot -> effect
     period: np.ndarray  # (3,) length of the domain along each axis, 0 if not periodic or without a solver
     hosted: bool = False  # whether another scheme moves the particles (BoilingGuest)
 
     @property
-    def moves(self):
+    def moves(self) -> bool:
         """Whether the particles move."""
         return self.hosted or "density" in self.effects
 
     @property
-    def g(self):
+    def g(self) -> float:
         """Magnitude of gravity [m/s^2]."""
         return float(np.linalg.norm(self.gravity))
 
     @property
-    def up(self):
+    def up(self) -> tuple[float, ...]:
         """Unit vector against gravity; along the last axis if there is no gravity."""
         if self.g == 0.0:
             return tuple(float(axis == self.dim - 1) for axis in range(3))
         return tuple(-component / self.g for component in self.gravity)
 
     @property
-    def particle_mass(self):
+    def particle_mass(self) -> float:
         """Mass of a particle of the rest lattice [kg, or kg/m in 2-D]."""
         return self.rho0 * self.spacing**self.dim
 
     @property
-    def fall_time(self):
+    def fall_time(self) -> float:
         """``t* = sqrt(spacing/|g|)`` [s], the unit of time for tuned rates; infinite without gravity."""
         return math.sqrt(self.spacing / self.g) if self.g else math.inf
 
-    def bubble_radius(self, spacings):
+    def bubble_radius(self, spacings: float) -> float:
         """A radius of action on vapour [m] from one in spacings of vapour; at most the support of the kernel."""
         v_exp = self.effects["expansion"].v_exp if "expansion" in self.effects else 1.0
         return min(spacings * self.spacing * v_exp ** (1.0 / self.dim), max(self.support, spacings * self.spacing))
 
     @property
-    def support(self):
+    def support(self) -> float:
         """Support radius of the kernel [m]."""
         return self.kernel.radius_scale * self.h
 
@@ -90,7 +92,7 @@ class Snapshot(list):
     (:func:`totals`).
     """
 
-    def __init__(self, arrays, reductions=GENERAL, summed=()):
+    def __init__(self, arrays: Sequence[ParticleArray], reductions: Any = GENERAL, summed: Sequence[str] = ()):
         super().__init__(arrays)
         self.reductions, self.summed, self.known = reductions, summed, {}
 
@@ -127,7 +129,7 @@ class Column(NamedTuple):
     meaning: str
     value: Callable
 
-    def unit_in(self, dim):
+    def unit_in(self, dim: int) -> str:
         """The unit in a 2-D or 3-D scene: in 2-D masses and energies are those of a metre of depth."""
         if dim == 2 and self.unit in ("kg", "J"):
             return f"{self.unit}/m"
@@ -144,7 +146,7 @@ class Rule(NamedTuple):
     ``why`` and ``why_not`` are the reasons to print, in which ``{}`` is the result of ``holds`` and ``{f}`` the facts.
     """
 
-    holds: Callable
+    holds: Callable | None
     why: str
     why_not: str = ""
     after: tuple[str, ...] = ()
@@ -166,8 +168,9 @@ class Flow(NamedTuple):
     leak: bool = False
 
 
-def param(default, unit, meaning, *, low=None, high=None, above=None, choices=None, may_change=False,
-          temperature=False, sets=None):
+def param(default: Any, unit: str, meaning: str, *, low: float | None = None, high: float | None = None,
+          above: float | None = None, choices: Sequence | None = None, may_change: bool = False,
+          temperature: bool = False, sets: str | None = None) -> Any:
     """A parameter of an effect or a scene: a dataclass field with unit, meaning and bounds.
 
     Values from ``low`` to ``high`` are allowed, and values must be greater than ``above``. The default ``None`` means
@@ -181,7 +184,7 @@ def param(default, unit, meaning, *, low=None, high=None, above=None, choices=No
     return field(default=default, metadata=meta)
 
 
-def check_temperatures(instance, label, material):
+def check_temperatures(instance: Any, label: Callable[[str], str], material: Material) -> None:
     """Check that absolute temperatures among the parameters are above melting, so that degrees Celsius are noticed.
 
     Errors: ``ValueError`` with ``label(name)`` for the name of the parameter, the limit and the unit.
@@ -192,15 +195,16 @@ def check_temperatures(instance, label, material):
             material.check_melted(T, label(spec.name))
 
 
-def check_parameters(instance, label):
+def check_parameters(instance: Any, label: str) -> None:
     """Convert the parameters of a dataclass with :func:`param` fields to their types, and check their bounds."""
     for spec in dataclasses.fields(instance):
         value, meta = getattr(instance, spec.name), spec.metadata
+        kind: Any = spec.type
         if "unit" not in meta or (value is None and spec.default is None):
             continue
         name, unit = f"{label}.{spec.name}", "" if meta["unit"] == "-" else f" {meta['unit']}"
         if meta["choices"]:
-            if value not in meta["choices"] or not isinstance(value, spec.type):
+            if value not in meta["choices"] or not isinstance(value, kind):
                 raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}"
                                  f"{nearest(value, meta['choices'])}")
             continue
@@ -213,7 +217,7 @@ def check_parameters(instance, label):
                 isinstance(v, Real) and not isinstance(v, (bool, np.bool_)) for v in (value if several else [value])):
             raise ValueError(f"{name} must be {'numbers' if isinstance(spec.default, tuple) else 'a number'}"
                              f"{' in' + unit if unit else ''}, got {value!r}")
-        numbers = tuple(float(v) for v in value) if several else float(value)
+        numbers: Any = tuple(float(v) for v in value) if several else float(value)
         for number in numbers if isinstance(numbers, tuple) else (numbers,):
             for bad, text in (
                 (not math.isfinite(number), "be finite"),
@@ -223,7 +227,7 @@ def check_parameters(instance, label):
             ):
                 if bad:
                     raise ValueError(f"{name} must {text}, got {number}{unit}")
-        if spec.type is int:
+        if kind is int:
             if numbers != int(numbers):
                 raise ValueError(f"{name} must be a whole number, got {value}")
             numbers = int(numbers)
@@ -264,7 +268,7 @@ class Effect:
         return super().__new__(cls)
 
     @property
-    def removes_particles(self):
+    def removes_particles(self) -> bool:
         """Whether it removes particles, so that their cumulative properties must be kept in constants."""
         return False
 
@@ -280,7 +284,7 @@ class Effect:
     def __post_init__(self):
         check_parameters(self, self.slot)
 
-    def replaced(self, **changes):
+    def replaced(self, **changes: Any) -> "Effect":
         """A copy with some parameters changed."""
         known = [spec.name for spec in dataclasses.fields(self)]
         check_renamed(self.slot, changes, known)
@@ -289,61 +293,61 @@ class Effect:
                 raise ValueError(f"{self.title} has no parameter {name}{nearest(name, known)}")
         return dataclasses.replace(self, **changes)
 
-    def properties(self, scene) -> tuple[Property, ...]:
+    def properties(self, scene: SchemeContext) -> tuple[Property, ...]:
         """Properties this effect adds to each fluid array."""
         return ()
 
-    def constants(self, scene) -> dict[str, Any]:
+    def constants(self, scene: SchemeContext) -> dict[str, Any]:
         """Constants this effect adds to each fluid array, with their initial values."""
         return {}
 
-    def flows(self, scene) -> tuple[Flow, ...]:
+    def flows(self, scene: SchemeContext) -> tuple[Flow, ...]:
         """Enthalpy flows of this effect across the border of the domain."""
         return ()
 
-    def columns(self, scene) -> tuple[Column, ...]:
+    def columns(self, scene: SchemeContext) -> tuple[Column, ...]:
         """Columns this effect adds to the results."""
         return ()
 
-    def check(self, scene, arrays):
+    def check(self, scene: SchemeContext, arrays: dict[str, ParticleArray]) -> None:
         """Raise ``ValueError`` if this effect cannot work with the scene's arrays."""
 
-    def prepare(self, scene, arrays):
+    def prepare(self, scene: SchemeContext, arrays: dict[str, ParticleArray]) -> None:
         """Set constants that depend on the arrays, which now have all their properties."""
 
-    def warnings(self, scene, dt) -> Iterator[str]:
+    def warnings(self, scene: SchemeContext, dt: float) -> Iterator[str]:
         """Yields a sentence for each parameter that is known to give poor results with the time step ``dt`` [s]."""
         return iter(())
 
-    def terms(self, scene, fluid) -> Iterator[Term]:
+    def terms(self, scene: SchemeContext, fluid: str) -> Iterator[Term]:
         """Yields the equations with the array ``fluid`` as their destination."""
         return iter(())
 
-    def hooks(self, scene) -> dict[str, Callable]:
+    def hooks(self, scene: SchemeContext) -> dict[str, Callable]:
         """Functions that run on the host after a group: place -> function of the fluid arrays."""
         return {}
 
-    def conditions(self, scene) -> dict[str, Callable]:
+    def conditions(self, scene: SchemeContext) -> dict[str, Callable]:
         """Conditions for stages: name -> function of the fluid arrays, true if this effect needs the stage."""
         return {}
 
-    def site_properties(self, scene) -> tuple[Property, ...]:
+    def site_properties(self, scene: SchemeContext) -> tuple[Property, ...]:
         """Properties this effect adds to each array of sites."""
         return ()
 
-    def wall_properties(self, scene) -> tuple[Property, ...]:
+    def wall_properties(self, scene: SchemeContext) -> tuple[Property, ...]:
         """Properties this effect adds to each array of walls."""
         return ()
 
-    def rate_of_velocity(self, scene) -> float:
+    def rate_of_velocity(self, scene: SchemeContext) -> float:
         """Rate [1/s] at which this effect reduces velocity differences; steps too long for it are split."""
         return 0.0
 
-    def stored(self, sites) -> float:
+    def stored(self, sites: Sequence[ParticleArray]) -> float:
         """Enthalpy [J] that this effect stores in the arrays of ``sites``; it belongs to the domain."""
         return 0.0
 
-    def tools(self, scheme) -> Iterator:
+    def tools(self, scheme: Any) -> Iterator:
         """PySPH tools that act between steps, before the ledger."""
         return iter(())
 
@@ -366,7 +370,7 @@ class Totals(NamedTuple):
     :meth:`Reductions.states`; all of these are 0 without heat.
     """
 
-    count: float
+    count: float  # type: ignore[assignment]  # in place of the method of a tuple
     sums: dict[str, float]
     number: list[float]
     energy: list[float]
@@ -374,7 +378,7 @@ class Totals(NamedTuple):
 
 
 @computed_once
-def totals(arrays):
+def totals(arrays: Sequence[ParticleArray]) -> Totals:
     """The :class:`Totals` of fluid arrays, which the ranks exchange at once."""
     arrays = arrays if isinstance(arrays, Snapshot) else Snapshot(arrays)
     parts = []
@@ -388,7 +392,7 @@ def totals(arrays):
     return Totals(float(count), dict(zip(arrays.summed, sums)), found[:5], found[5:10], found[10])
 
 
-def sum_over(arrays, name):
+def sum_over(arrays: Sequence[ParticleArray], name: str) -> float:
     """Sum of a property over the real particles of all arrays and ranks, with the values of removed particles."""
     if isinstance(arrays, Snapshot) and name in arrays.summed:
         value = totals(arrays).sums[name]
@@ -399,7 +403,7 @@ def sum_over(arrays, name):
 
 
 @computed_once
-def joined(arrays, name):
+def joined(arrays: Sequence[ParticleArray], name: str) -> np.ndarray:
     """A property of this rank's real particles of all arrays in one array, which must not be modified."""
     parts = [host(pa, name) for pa in arrays]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
@@ -416,6 +420,6 @@ def any_vapour(arrays):
     return ranks.anywhere(any(has(pa, "phase", Phase.VAPOUR.value, Phase.VAPOUR.value) for pa in arrays))
 
 
-def cumulative(name, unit, meaning, prop):
+def cumulative(name: str, unit: str, meaning: str, prop: str) -> Column:
     """A column with the sum of a cumulative property of the particles."""
     return Column(name, unit, meaning, lambda arrays, scene: sum_over(arrays, prop))

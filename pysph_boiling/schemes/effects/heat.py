@@ -27,7 +27,7 @@ __all__ = ["AmbientLoss", "HeatConduction", "HeatSource", "Heater", "HeaterSwitc
 BOILING_POINT_OF_AIR = 79.0  # K; below it the ambient is no gas, and the figure is one in degrees Celsius
 
 
-def heat_step_limit(rho0, c, k, h):
+def heat_step_limit(rho0: float, c: float, k: float, h: float) -> float:
     """Largest stable heat step [s] of the explicit scheme, 0.1 rho c h^2 / k (Cleary & Monaghan 1999)."""
     return 0.1 * rho0 * c * h * h / k
 
