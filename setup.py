@@ -28,6 +28,7 @@ setup(
     packages=find_packages(include=["pysph_boiling*"]),
     python_requires=">=3.10",
     package_data={"pysph_boiling": ["py.typed"],
+                  "pysph_boiling.evaluation": ["validation/*.md", "validation/*/*"],
                   "pysph_boiling.evaluation.accuracy": ["*.json"], "pysph_boiling.evaluation.stress": ["*.json"],
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],

@@ -16,7 +16,7 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx
               "sphinx_gallery.gen_gallery", "docstrings"]
 root_doc = "docs/index"
 include_patterns = ["*.md", "docs/**.md", "docs/**.rst", "docs/**.ipynb", "example_plugin/README.md",
-                    "tests/validation/*/README.md"]
+                    "pysph_boiling/evaluation/validation/*/README.md"]
 exclude_patterns = [".*", "build", "docs/gallery", "docs/templates", "docs/generated/**.ipynb", "**.ipynb_checkpoints"]
 templates_path = [str(ROOT / "docs/templates")]
 

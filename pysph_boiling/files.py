@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["Manifest", "last_output", "load_output", "npz", "output_files", "output_time", "part_of", "read_output",
-           "run_record", "whole"]
+__all__ = ["Manifest", "folder_of_run", "last_output", "load_output", "npz", "output_files", "output_time", "part_of",
+           "read_output", "run_record", "whole"]
 
 PARTICLES = re.compile(r"(.+)_(\d+)\.hdf5")  # name of a particle file of PySPH: that of the run, and the step
 PART = re.compile(r"(.+_(\d+))\.rank\d{4,}\.h5")  # name of a file with the particles of one rank
@@ -141,6 +141,21 @@ def run_record(folder):
     except (OSError, ValueError):
         return {}
     return record if isinstance(record, dict) else {}
+
+
+def folder_of_run(path, scene):
+    """The folder of a finished run of ``scene``, from the folder itself or from the ``.info`` file that PySPH writes.
+
+    Errors: ``FileNotFoundError`` if it has no such file; ``ValueError`` if it holds a run of another scene.
+    """
+    path = Path(path)
+    folder = path if path.is_dir() else path.parent
+    if not (path.is_file() or any(path.glob("*.info"))):
+        raise FileNotFoundError(f"there is no run in {path}: it has no .info file, which a run writes as it begins")
+    other = run_record(folder).get("scene", scene)
+    if other != scene:
+        raise ValueError(f"{folder} holds a run of {other}, not of {scene}")
+    return folder
 
 
 def part_of(path, rank):

@@ -2,10 +2,12 @@
 import argparse
 import difflib
 import re
+import sys
 from numbers import Real
+from pathlib import Path
 
 __all__ = ["RENAMED", "Parser", "Refused", "SchemeError", "add_renamed", "as_typed", "check_renamed", "current_name",
-           "current_quantity", "former_names", "nearest", "option", "unknown", "whole_number"]
+           "current_quantity", "former_names", "nearest", "option", "scene_name", "unknown", "whole_number"]
 
 # Old name -> new name: of a slot, and of a parameter of an effect ("slot.name", the slot by its new name) or of the
 # scenes ("scene.name"). Errors for an old name give the new one; records of old runs are read with the new names.
@@ -136,6 +138,17 @@ def nearest(name, known, shown=None):
     """
     found = difflib.get_close_matches(str(name), list(map(str, known)), n=1)
     return f"; did you mean '{shown[found[0]] if shown else found[0]}'?" if found else ""
+
+
+def scene_name(cls):
+    """The name of a scene from its class: that of its module, or of its file where Python runs that as a program.
+
+    In a notebook, which has no file, it is the name of the class in small letters.
+    """
+    if cls.__module__ == "__main__":
+        file = getattr(sys.modules["__main__"], "__file__", None)
+        return Path(file).stem if file else cls.__name__.lower()
+    return cls.__module__.rsplit(".", 1)[-1]
 
 
 def unknown(what, name, known):

@@ -30,7 +30,7 @@ from pysph_boiling.analysis.drops import LINK, pieces
 from pysph_boiling.analysis.tracing import SOLID, VAPOUR, VESSEL, WATER, Surface, World, trace
 from pysph_boiling.names import nearest
 
-__all__ = ["CAMERAS", "camera_angles", "check_surface", "closed_meshes", "draw_surface"]
+__all__ = ["CAMERAS", "camera_angles", "check_surface", "closed_meshes", "draw_surface", "surface_missing"]
 
 CAMERAS = {"corner": (-62.0, 18.0), "front": (-90.0, 8.0), "above": (-62.0, 48.0), "low": (-75.0, 3.0)}  # [degrees]
 LENS = 24.0  # angle of view [degrees]
@@ -44,6 +44,7 @@ HAZE, BODY = 0.05, "#BFE6F2"  # the same for what water scatters; the colour of 
 BASE, HOT, SITE, EDGE = "#8E959C", "#CB6E43", "#4A2B20", "#A9B2BB"
 LIGHT = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])  # towards the lamp
 
+MODULES = ("pysplashsurf", "embreex", "PIL.Image")  # of the extra "view"
 BASE_HEIGHT = 2.0  # of the slab below the vessel, in spacings
 CUBE = 0.9  # edge of the cubes of the level set, in radii of a particle
 NEAR = 8  # particles from which a point of a mesh takes its velocity
@@ -85,9 +86,18 @@ def check_surface(dim, colour=None, camera="corner"):
     if colour not in (None, "bubble"):
         raise ValueError(f"in the surface view colour must be 'bubble' or left out, got {colour!r}")
     camera_angles(camera)
-    needed("pysplashsurf")
-    needed("embreex")
-    needed("PIL.Image")
+    for name in MODULES:
+        needed(name)
+
+
+def surface_missing():
+    """How to install what the surface view needs, if a package is missing; otherwise an empty text."""
+    try:
+        for name in MODULES:
+            needed(name)
+    except ModuleNotFoundError as error:
+        return str(error)
+    return ""
 
 
 def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None, colour=None, size=(1280, 960),

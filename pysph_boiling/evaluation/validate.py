@@ -1,7 +1,7 @@
 """The command ``pysph-boiling validate``, which compares the model with formulas, experiments and stored statistics.
 
-A case is a folder of ``tests/validation``. Its ``README.md`` gives formula and source, and a table with one row for
-each comparison, with bounds and their reason. Its ``case.py`` has three functions:
+A case is a folder of ``validation``, beside this module. Its ``README.md`` gives formula and source, and a table with
+one row for each comparison, with bounds and their reason. Its ``case.py`` has three functions:
 
     run(quick)                  simulates; returns the input of the others
     rows(outcomes)              yields (name of a row, number, text for it)
@@ -31,7 +31,7 @@ from pysph_boiling.runs.provenance import processor
 
 __all__ = ["COLUMNS", "KINDS", "Bounds", "Row", "cases", "measure", "page", "read_bounds", "validate"]
 
-FOLDER = Path(__file__).parents[2] / "tests" / "validation"
+FOLDER = Path(__file__).with_name("validation")
 KINDS = {
     "experiment": ("Real experiments", "against what was measured on real bubbles and in real boiling"),
     "validation": ("Validation", "against a formula, an experiment or a paper"),
@@ -117,12 +117,8 @@ def read_bounds(readme):
 
 
 def cases():
-    """Name -> folder of every case. Raises ``ValueError`` in an installed package, which has no cases."""
-    found = {path.parent.name: path.parent for path in sorted(FOLDER.glob("*/case.py"))}
-    if not found:
-        raise ValueError("validate needs a checkout of the repository, which has its cases in tests/validation; this "
-                         f"is an installed package, in {FOLDER.parents[1]}: clone the repository and run it there")
-    return found
+    """Name -> folder of every case."""
+    return {path.parent.name: path.parent for path in sorted(FOLDER.glob("*/case.py"))}
 
 
 def load(folder):
@@ -183,7 +179,8 @@ def page(records, path, *, quick=False):
     place = {name: os.path.relpath(folder, path.parent) for name, folder in cases().items()}
     rows = [row for name in place if name in records for row in records[name]["rows"]]
     yield "# What was validated, and how well"
-    yield "<!-- Written by `pysph-boiling validate`. Change the cases in tests/validation, not this file. -->"
+    yield ("<!-- Written by `pysph-boiling validate`. Change the cases in pysph_boiling/evaluation/validation, not "
+           "this file. -->")
     yield (FOLDER / "intro.md").read_text(encoding="utf-8").strip()
     yield "This is the quick form, which is coarse and leaves out some rows." if quick else ""
     yield f"{len(rows)} rows, {sum(not row.holds for row in rows)} of which fail and say why."
@@ -231,10 +228,10 @@ def stored(path):
 def validate(arguments):
     """Run cases, print their table, draw their pictures, and write the page.
 
-    The full form writes ``docs/validation.md``, with earlier results of all other cases from the JSON file beside it.
-    The quick form writes a page of its own.
+    The full form writes ``docs/validation.md`` of the checkout, with earlier results of all other cases from the JSON
+    file beside it. The quick form, and an installed package, write a page of their own.
 
-    Errors: ``ValueError`` for an unknown case or outside a checkout, ``ChildProcessError`` where a case could not be
+    Errors: ``ValueError`` for an unknown case, ``ChildProcessError`` where a case could not be
     run, once all others were, ``CheckFailed`` where a row fails that is not known to fail.
     """
     from rich.console import Console
@@ -246,7 +243,7 @@ def validate(arguments):
     add_report_options(
         parser, quick="use coarse runs, which take three minutes instead of half an hour",
         json="write the rows to this file", report="write the page to this file, and pictures beside it; default "
-                                                   "docs/validation.md, or validate/validation.md with --quick")
+        "docs/validation.md of a checkout, or validate/validation.md with --quick and in an installed package")
     add_renamed(parser, "--directory", "--report FILE.md")
     parser.add_argument("--jobs", type=int, default=1, help="number of cases at the same time, each with its own "
                         "threads; default 1")
@@ -261,7 +258,9 @@ def validate(arguments):
         show(console, ("case", "title", "rows"),
              [(name, title(folder), f"{len(read_bounds(folder / 'README.md'))}") for name, folder in known.items()])
         return
-    path = Path(options.report or (Path("validate") if options.quick else FOLDER.parents[1] / "docs") / "validation.md")
+    docs = FOLDER.parents[2] / "docs"  # which an installed package does not have
+    written = Path("validate") if options.quick or not docs.is_dir() else docs
+    path = Path(options.report or written / "validation.md")
     images = path.parent / "images"
     images.mkdir(parents=True, exist_ok=True)
     names = list(dict.fromkeys(options.case or known))

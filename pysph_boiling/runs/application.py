@@ -10,6 +10,7 @@ import os
 import re
 import sys
 import tempfile
+import textwrap
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +25,18 @@ from pysph.solver.application import Application
 
 from pysph_boiling.checks import CheckFailed, NotChecked, require
 from pysph_boiling.device import on_host
-from pysph_boiling.files import Manifest, last_output, output_files, part_of, run_record, step_of
-from pysph_boiling.names import check_renamed, option
+from pysph_boiling.files import (
+    Manifest,
+    folder_of_run,
+    last_output,
+    load_output,
+    output_files,
+    output_time,
+    part_of,
+    run_record,
+    step_of,
+)
+from pysph_boiling.names import check_renamed, option, scene_name
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import number, portion, rows
 from pysph_boiling.runs import pysph_options, safeguards
@@ -47,6 +58,7 @@ __all__ = ["SceneApplication", "SceneParameters", "upright_box"]
 # n 1e-16, so 1e4 masses add up to within 1e-12. The energy residual also has the rounding of each step's flows: 3e-14
 # measured over 3,000 steps, and 5e-6 in single precision.
 MASS_BOUND, ENERGY_BOUND, SINGLE_BOUND = 1e-12, 1e-10, 1e-4
+COLUMNS = 98  # of printed lines
 MAX_STEPS = 1 << 31  # after which PySPH ends a run
 
 
@@ -100,7 +112,7 @@ class SceneApplication(Application):
     """
 
     Parameters = SceneParameters
-    title = "scene"
+    title = ""  # the scene's name if it is empty
     variants: dict = {}
     pictures = ()  # names of the files that draw() makes besides the common ones
 
@@ -159,8 +171,6 @@ class SceneApplication(Application):
 
     def measured(self):
         """The results of :meth:`measure` at each output, in order of time; from memory if no files are written."""
-        from pysph_boiling.files import load_output
-
         if not self.options.disable_output:
             return [self.measure(*moment) for moment in map(load_output, self.output_files)]
         if self.num_procs > 1:
@@ -185,6 +195,8 @@ class SceneApplication(Application):
 
     def draw(self):
         """Draw the pictures of the finished run; returns their paths."""
+        from rich.progress import track
+
         from pysph_boiling.analysis.plots import plot_history
         from pysph_boiling.analysis.rendering import contact_sheet, render_run
 
@@ -193,11 +205,30 @@ class SceneApplication(Application):
         if len(self.ledger.rows):
             plot_history(self.ledger.table(), folder / "history.png", self.scheme.dim)
             made.append(folder / "history.png")
-        frames = [] if self.options.disable_output else render_run(folder)
+        bar = functools.partial(track, description="drawing", transient=True, disable=self.quiet)
+        frames = [] if self.options.disable_output else render_run(folder, track=bar)
         if frames:
             contact_sheet(frames, folder / "frames.png")
-            made += [folder / "frames.png", *frames]
+            made += [folder / "frames.png", *self.draw_water(), *frames]
         return made
+
+    def draw_water(self):
+        """Draw ``surface.png``, the moment with most vapour as clear water; returns its path in a list.
+
+        The list is empty in 2-D, and without the packages of the extra "view".
+        """
+        from pysph_boiling.analysis.surface import draw_surface, surface_missing
+
+        if self.scheme.dim != 3 or surface_missing():
+            return []
+        files, table = self.output_files, self.ledger.table()
+        moment = len(files) // 2
+        if np.any(table.get("n_vapour", 0.0)):
+            most = table["t"][np.argmax(table["n_vapour"])]
+            moment = np.argmin([abs(output_time(file) - most) for file in files])
+        arrays, t = load_output(files[moment])
+        path = Path(self.output_dir) / "surface.png"
+        return [draw_surface(arrays, path, dim=3, spacing=self.scheme.spacing, t=t, title=self.title, size=(800, 600))]
 
     @property
     def departures(self):
@@ -222,9 +253,10 @@ class SceneApplication(Application):
     # --- PySPH's Application protocol ---------------------------------------------------------------------------------
 
     def __init__(self, fname=None, output_dir=None, domain=None):
-        super().__init__(fname=fname or type(self).__module__.rsplit(".", 1)[-1], output_dir=output_dir, domain=domain)
+        super().__init__(fname=fname or scene_name(type(self)), output_dir=output_dir, domain=domain)
 
     def initialize(self):
+        self.title = self.title or self.scene_name().replace("_", " ")
         if self.num_procs < ranks.launched():
             raise ValueError(f"started on {ranks.launched()} ranks, but MPI is not set up here: run 'make setup-mpi' "
                              "and use the environment that it makes (docs/ranks.md)")
@@ -443,12 +475,11 @@ class SceneApplication(Application):
             self.set_args(argv)
         self._parse_command_line(force=argv is not None)
         restart = self.restart_file()
-        if self.options.post_process is None:
-            self._configure_global_config()
-            self._prepare()
-            if restart is not None:
-                self.resumed = Resumed(restart, self, self.prepared)
-                self.changes = self.resumed.changes
+        self._configure_global_config()
+        self._prepare()
+        if restart is not None:
+            self.resumed = Resumed(restart, self, self.prepared)
+            self.changes = self.resumed.changes
         if not self.options.disable_output:
             names = self.check_folder()
             ranks.wait()  # all ranks check before the first one writes, and it writes before the others open their logs
@@ -481,7 +512,7 @@ class SceneApplication(Application):
         self.manifest = Manifest(folder)
         names = ["run.json", "results.npz", "profile_info.csv", *self.begun()]
         if self.options.pictures:
-            names += ["history.png", "frames.png", *self.pictures]
+            names += ["history.png", "frames.png", "surface.png", *self.pictures]
         drawn = [r"frames/frame_\d{5}\.png"] if self.options.pictures else []
         self.manifest.refuse(*map(re.escape, ["MANIFEST", *names]), rf"{re.escape(fname)}_\d{{5,}}\.hdf5", *drawn)
         return names
@@ -586,6 +617,9 @@ class SceneApplication(Application):
             self._prepare()
             console.print(self.scheme.describe(), markup=False)
             return
+        if self.options.post_process is not None:
+            self.post_process(self.options.post_process)
+            sys.exit(0)  # as in PySPH: a program may call post_process itself after the run
         with plain_warnings(console):
             self.simulate(console)
         first = ranks.rank() == 0
@@ -618,7 +652,41 @@ class SceneApplication(Application):
         self.ledger.finish()
         self.save(completed=True)
 
-    def finish(self, console):
+    def post_process(self, info_fname_or_directory):
+        """Make the final check and the pictures of an earlier run again, from its files, and print the closing lines.
+
+        ``info_fname_or_directory`` is the folder of the run, or the ``.info`` file in it. Nothing is computed: the
+        state is that of the last particle file, and ``results.npz`` is read up to it.
+
+        Errors: ``FileNotFoundError`` if there is no run or no particle file; ``ValueError`` for a run of another scene;
+        :class:`CheckFailed` as in a run.
+        """
+        from rich.console import Console
+
+        if self.num_procs > 1:
+            raise ValueError("--post-process works on one rank")
+        quiet, folder = self.quiet, folder_of_run(info_fname_or_directory, self.scene_name())
+        self.set_args(run_record(folder).get("arguments", []))
+        self._parse_command_line(force=True)
+        self.quiet, self.options.pictures = quiet, True
+        self.output_dir = self.options.output_dir = str(folder)
+        last = last_output(folder, self.fname)
+        if last is None:
+            raise FileNotFoundError(f"there are no particle files (HDF5) of {self.fname} in {folder}")
+        self.prepared = self.solver = None
+        self._prepare()
+        self.particles, self.resumed = self.prepared, Resumed(last, self, self.prepared)
+        self.scheme.arrays[:], self.scheme.site_arrays[:] = (
+            [pa for pa in self.particles if pa.name in names] for names in (self.scheme.fluids, self.scheme.sites))
+        self.solver = self.create_solver()
+        self.solver.particles = self.particles
+        self.tools = self.create_tools()
+        timed = self.resumed.record["timed"]
+        self.began, self.ended = (0, 0.0), (timed["steps"], timed["seconds"])
+        self.found_at_end = None
+        self.finish(Console(highlight=False, soft_wrap=True, quiet=self.quiet), verb="read from")
+
+    def finish(self, console, verb="written to"):
         """Make the final check, print a summary and draw pictures; raises :class:`CheckFailed` at the very end."""
         failed = None
         try:
@@ -636,12 +704,27 @@ class SceneApplication(Application):
             console.print(f"conservation: relative error {last['energy_residual']:.2e} of energy, "
                           f"{last['mass_residual']:.2e} of mass")
         if not self.options.disable_output:
-            console.print(f"written to {self.output_dir}: results.npz ({len(self.ledger.rows)} rows), run.json, "
-                          f"{len(self.output_files)} particle files")
-            for path in self.draw()[:2] if self.options.pictures else ():
-                console.print(f"  picture: {path}")
+            console.print(f"{verb} {near(self.output_dir)}: results.npz ({len(self.ledger.rows)} rows), run.json, "
+                          f"{len(self.output_files)} particle files", markup=False)
+            if self.options.pictures:
+                self.show(console)
         if failed is not None:
             raise failed
+
+    def show(self, console):
+        """Draw the pictures, and print where they are; the last is that of the water, or says how to get it."""
+        from pysph_boiling.analysis.surface import surface_missing
+
+        drawn = [path for path in self.draw() if path.parent == Path(self.output_dir)]
+        flat = [path.name for path in drawn if path.name != "surface.png"]
+        if flat:
+            console.print(f"pictures there: {', '.join(flat)}", markup=False)
+        for path in drawn:
+            if path.name == "surface.png":
+                console.print(f"as water: {near(path)}", markup=False)
+        if self.scheme.dim == 3 and drawn and surface_missing():
+            console.print(f"for a picture as water: {surface_missing()}, then "
+                          f"pysph-boiling render {near(self.output_dir)} --view surface", markup=False)
 
     def check(self, console):
         """Check the ledger and the result of the scene; print the reason if the result cannot be checked."""
@@ -662,11 +745,11 @@ class SceneApplication(Application):
         numbers = self.counts()
         counts = f"{sum(numbers.values())} particles ({', '.join(f'{n} {name}' for name, n in numbers.items())})"
         shared = f" on {ranks.size()} ranks" if ranks.size() > 1 else ""
-        console.print(f"[bold]{self.title}[/bold]: {counts}{shared}, dt = {solver.dt * 1e3:.4g} ms, "
-                      f"{int(np.ceil(max(self.parameters.duration - solver.t, 0.0) / solver.dt - 1e-9))} steps "
+        steps = int(np.ceil(max(self.parameters.duration - solver.t, 0.0) / solver.dt - 1e-9))
+        console.print(f"[bold]{self.title}[/bold]: {counts}{shared}; {steps} steps of {solver.dt * 1e3:.4g} ms, "
                       + (f"from t = {solver.t:.4g} s " if self.resumed is not None else "")
-                      + f"to t = {self.parameters.duration} s")
-        console.print("effects: " + ", ".join(scheme.effects))
+                      + f"to {self.parameters.duration} s")
+        console.print(textwrap.fill("effects: " + ", ".join(scheme.effects), COLUMNS, subsequent_indent="  "))
         for change in self.resumed.new if self.resumed is not None else ():
             console.print(f"  from t = {change['t']:.4g} s on: {change['parameter']} = {change['after']} "
                           f"{change['unit']}, was {change['before']}", markup=False)
@@ -674,12 +757,13 @@ class SceneApplication(Application):
             scheme.scene(), {pa.name: pa for pa in self.particles}) if "heater" in scheme.effects else ()
         if len(heaters) > 1:
             console.print("heaters: " + ", ".join(f"{n} wall particles at {T:g} K" for T, n in heaters))
-        for name, (value, unit) in self.facts().items():
-            console.print(f"  {name} = {value:.4g}{'' if unit == '-' else ' ' + unit}")
+        facts = "; ".join(f"{name} = {value:.4g}{'' if unit == '-' else ' ' + unit}"
+                          for name, (value, unit) in self.facts().items())
+        console.print(textwrap.fill(facts, COLUMNS, initial_indent="  ", subsequent_indent="  "), markup=False)
 
     def scene_name(self):
-        """The name of the scene, which is the name of its module."""
-        return type(self).__module__.rsplit(".", 1)[-1]
+        """The name of the scene (:func:`~pysph_boiling.names.scene_name`)."""
+        return scene_name(type(self))
 
     @staticmethod
     def backend():
@@ -773,6 +857,12 @@ def peak_memory():
         return 0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def near(path):
+    """A path as it is printed: relative to the working directory if it lies in it."""
+    path = Path(path).absolute()
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 
 def on_device(options):

@@ -1,7 +1,8 @@
 """Applications with a scheme of PySPH: options as in our scenes, and the particle files of the run."""
 from pysph.solver.application import Application
 
-from pysph_boiling.files import output_files
+from pysph_boiling.files import folder_of_run, output_files
+from pysph_boiling.names import scene_name
 from pysph_boiling.runs import pysph_options
 from pysph_boiling.search import search_for
 
@@ -15,7 +16,7 @@ class HostedApplication(Application):
     """
 
     def __init__(self, fname=None, output_dir=None, domain=None):
-        super().__init__(fname=fname or type(self).__module__.rsplit(".", 1)[-1], output_dir=output_dir, domain=domain)
+        super().__init__(fname=fname or scene_name(type(self)), output_dir=output_dir, domain=domain)
 
     def _setup_argparse(self):
         super()._setup_argparse()
@@ -24,6 +25,11 @@ class HostedApplication(Application):
 
     def consume_user_options(self):
         pysph_options.check(self.options)
+
+    def read_info(self, fname_or_dir):
+        """PySPH's method, for a folder of this scene; raises ``FileNotFoundError`` or ``ValueError`` for another."""
+        folder_of_run(fname_or_dir, self.fname)
+        return super().read_info(fname_or_dir)
 
     @property
     def output_files(self):

@@ -61,6 +61,9 @@ WORKS = {
                       "Results are equal to round-off.",
     "--kernel": f"{' or '.join(KERNELS)}.",
     "--restart-file": "Continues from this particle file (see also our `--resume`).",
+    "--post-process": "Runs nothing: makes the final check and the pictures of an earlier run again, from its files. "
+                      "Its value is the folder of that run, or the `.info` file in it. Our scenes do this in the "
+                      "method `post_process`, which a scene of your own may override.",
     "--nnps": f"Neighbour search: {', '.join(SEARCHES)}. The first is the default, and ours ([search.md](search.md)). "
               "Results are equal to round-off. A device has a search of its own.",
     "--fixed-h": "Changes nothing: smoothing lengths are always fixed.",
@@ -80,7 +83,6 @@ REFUSED = {
     "--output-dump-remote": "a run could not be resumed from files that contain ghosts, the copies of other ranks' "
                             "particles",
     "--use-local-memory": "it has not been tested",
-    "--post-process": "use pysph-boiling render DIRECTORY to draw the pictures of a run again",
     "--rescale-dt": "give --timestep or --substeps",
     "--spatial-hash-sub-factor": SEARCH,
     "--approximate-nnps": "missing neighbours would break the conservation of energy and momentum",

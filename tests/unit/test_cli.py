@@ -8,7 +8,6 @@ import pytest
 from pysph_boiling import cli
 from pysph_boiling.analysis.rendering import _pick_colour
 from pysph_boiling.analysis.surface import camera_angles
-from pysph_boiling.evaluation import validate
 from pysph_boiling.runs.progress import Stopped
 
 
@@ -50,15 +49,6 @@ def test_ctrl_c_is_one_line_and_a_status(tmp_path, monkeypatch, capsys, where, c
     monkeypatch.setattr(where, interrupt)
     monkeypatch.chdir(tmp_path)
     assert cli.main(command.split()) == 130 and capsys.readouterr().err == said
-
-
-def test_validate_says_at_once_that_it_needs_a_checkout(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(validate, "FOLDER", tmp_path / "site-packages" / "tests" / "validation")
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["validate"]) == 2
-    err = capsys.readouterr().err
-    assert "validate needs a checkout of the repository" in err and "clone the repository and run it there" in err
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("call", "meant"), [

@@ -6,7 +6,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"),
-                    *ROOT.glob("example_plugin/*.md"), *ROOT.glob("tests/validation/*/README.md")])
+                    *ROOT.glob("example_plugin/*.md"), *ROOT.glob("pysph_boiling/evaluation/validation/*/README.md")])
 MODULES = {path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.py") if ".venv" not in path.parts}
 WRITTEN = ("accuracy_results", "reproduction", "stability", "validation", "CHANGELOG")  # lines of any length
 documents = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())

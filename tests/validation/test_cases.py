@@ -11,6 +11,7 @@ from pysph_boiling.evaluation import validate
 CASES = validate.cases()
 ROOT = Path(__file__).parents[2]
 HEADING = "| " + " | ".join(validate.COLUMNS) + " |\n" + "|---" * len(validate.COLUMNS) + "|\n"
+PLACE = Path("pysph_boiling", "evaluation", "validation")  # of the cases in a checkout
 LONG = {"trends"}  # half a minute even in the quick form
 
 
@@ -93,7 +94,8 @@ README = """# A made-up case
 def checkout(tmp_path, monkeypatch):
     """A folder of cases with one in it; its third row measures ``other``."""
     def make(other="0.0"):
-        folder = tmp_path / "tests" / "validation"
+        folder = tmp_path / PLACE
+        (tmp_path / "docs").mkdir()
         (folder / "made_up").mkdir(parents=True)
         (folder / "made_up" / "README.md").write_text(README)
         (folder / "made_up" / "case.py").write_text(CASE.format(other=other))
@@ -115,7 +117,7 @@ def test_page_keeps_the_kinds_apart_and_shows_what_fails(checkout):
     assert "**fails**: it was never good" in first and page.count("| holds |") == 2
     assert "3 rows" in page and "1 of which fail" in page
     assert (root / "docs" / "images" / "validation_made_up.png").exists() and "images/validation_made_up.png" in page
-    assert "(../tests/validation/made_up/README.md)" in page
+    assert "(../pysph_boiling/evaluation/validation/made_up/README.md)" in page
     written = json.loads((root / "rows.json").read_text())
     assert [row["holds"] for row in written["rows"]] == [True, False, True]
     assert written["rows"][0]["command"] == "pysph-boiling validate made_up"
@@ -123,7 +125,7 @@ def test_page_keeps_the_kinds_apart_and_shows_what_fails(checkout):
 
 def test_real_experiments_have_a_table_of_their_own(checkout):
     root = checkout()
-    readme = root / "tests" / "validation" / "made_up" / "README.md"
+    readme = root / PLACE / "made_up" / "README.md"
     readme.write_text(README.replace("`other` | regression", "`other` | experiment"))
     validate.validate([])
     first, second = (root / "docs" / "validation.md").read_text(encoding="utf-8").split("## Validation:")
@@ -133,7 +135,7 @@ def test_real_experiments_have_a_table_of_their_own(checkout):
 
 def test_case_that_is_run_alone_leaves_the_others_as_they_are(checkout):
     root = checkout()
-    folder = root / "tests" / "validation"
+    folder = root / PLACE
     shutil.copytree(folder / "made_up", folder / "other")
     validate.validate([])
     (folder / "other" / "case.py").write_text(CASE.format(other="1.0").replace('"measured"', '"measured anew"'))
@@ -150,13 +152,13 @@ def test_case_that_is_run_alone_leaves_the_others_as_they_are(checkout):
 def test_quick_form_leaves_the_documentation_alone(checkout):
     root = checkout()
     validate.validate(["--quick"])
-    assert not (root / "docs").exists()
+    assert not list((root / "docs").iterdir())
     assert "quick form" in (root / "validate" / "validation.md").read_text()
 
 
 def test_case_that_cannot_be_run_is_told_once_the_others_are_done(checkout):
     root = checkout()
-    folder = root / "tests" / "validation"
+    folder = root / PLACE
     shutil.copytree(folder / "made_up", folder / "a_broken_one")
     (folder / "a_broken_one" / "case.py").write_text(CASE.replace("return quick", "raise ValueError('no such thing')"))
     with pytest.raises(ChildProcessError, match="^a_broken_one: ValueError: no such thing$"):
@@ -168,7 +170,7 @@ def test_report_of_another_name_has_its_pictures_and_records_beside_it(checkout)
     root = checkout()
     validate.validate(["--report", "out/mine.md"])
     assert "(images/mine_made_up.png)" in (root / "out" / "mine.md").read_text(encoding="utf-8")
-    assert (root / "out" / "images" / "mine_made_up.png").exists() and not (root / "docs").exists()
+    assert (root / "out" / "images" / "mine_made_up.png").exists() and not list((root / "docs").iterdir())
     assert list(json.loads((root / "out" / "mine.json").read_text())) == ["made_up"]
 
 
@@ -182,7 +184,7 @@ def test_row_that_fails_unexpectedly_ends_the_command(checkout, value):
 
 def test_rows_and_readme_must_agree(checkout, tmp_path):
     root = checkout()
-    folder = root / "tests" / "validation" / "made_up"
+    folder = root / PLACE / "made_up"
     (folder / "README.md").write_text(README.replace("`other`", "`another`"))
     with pytest.raises(ValueError, match="row 'other' is not in its README"):
         validate.measure(folder, quick=False)
@@ -192,10 +194,14 @@ def test_rows_and_readme_must_agree(checkout, tmp_path):
     assert len(validate.measure(folder, quick=True)) == 2
 
 
-def test_unknown_case_and_missing_checkout_are_told(checkout, tmp_path, monkeypatch):
+def test_unknown_case_is_told(checkout):
     checkout()
     with pytest.raises(ValueError, match="no case 'nonsense'; there are: made_up"):
         validate.validate(["nonsense"])
-    monkeypatch.setattr(validate, "FOLDER", tmp_path / "elsewhere")
-    with pytest.raises(ValueError, match="needs a checkout of the repository"):
-        validate.validate([])
+
+
+def test_installed_package_writes_a_page_of_its_own(checkout):
+    root = checkout()
+    (root / "docs").rmdir()
+    validate.validate([])
+    assert "3 rows" in (root / "validate" / "validation.md").read_text() and not (root / "docs").exists()

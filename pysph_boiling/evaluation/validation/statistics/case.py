@@ -68,7 +68,8 @@ def store():
     runs = run_jobs([Job(name=f"seed {seed}", call=(measure, seed)) for seed in seeds], os.cpu_count() or 1)
     values = of_quantities([run.result() for run in runs])
     STORED.write_text(json.dumps(dict(
-        made_by="python tests/validation/statistics/case.py", version=__version__, problem="BoilingRate",
+        made_by="python pysph_boiling/evaluation/validation/statistics/case.py", version=__version__,
+        problem="BoilingRate",
         parameters={name: value for name, value in asdict(SMALL).items() if name != "seed"}, seeds=seeds,
         mean={name: float(np.mean(one)) for name, one in values.items()},
         deviation={name: float(np.std(one, ddof=1)) for name, one in values.items()}, values=values), indent=1) + "\n")
