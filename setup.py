@@ -12,6 +12,7 @@ NVRTC = "nvidia-cuda-nvrtc-cu12; platform_system == 'Linux' and platform_machine
 # NumPy 2.4 breaks PySPH's device helper.
 PYSPH = ["pysph==1.0b2", "compyle==0.9.1", "cyarray==1.2", "cython~=3.3.1", "numpy<2.4"]
 EMBREE = "embreex; platform_machine == 'x86_64' or platform_machine == 'AMD64'"  # there are wheels for these
+FLUIDS = ["CoolProp"]
 VIEW = [EMBREE, "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 FILM = ["pysplashsurf", "manifold3d", "usd-core"]
 DOCS = ["sphinx", "myst-nb", "sphinx-gallery", "furo"]
@@ -33,10 +34,11 @@ setup(
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", "CoolProp", "pyvista", "xarray", "trimesh", *VIEW, *FILM,
-                 *OPENCL, *DOCS, NVRTC],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "iapws", "pyvista", "xarray", "trimesh", *FLUIDS, *VIEW,
+                 *FILM, *OPENCL, *DOCS, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
+        "fluids": FLUIDS,
         "view": VIEW,
         "film": FILM,
         "analysis": ["xarray"],

@@ -1,9 +1,9 @@
 """Helpers shared by all pictures of particles: colours, the role of each array, and bounds of the scene."""
-import importlib
 from types import SimpleNamespace
 
 import numpy as np
 
+from pysph_boiling import extras
 from pysph_boiling.particles import NO_BUBBLE
 from pysph_boiling.phases import Phase
 
@@ -40,10 +40,7 @@ def bubble_colours(labels):
 
 def needed(name, extra="view"):
     """Import the module ``name`` of an extra of setup.py; ``ModuleNotFoundError`` says how to install it."""
-    try:
-        return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f'{name} is missing: pip install "pysph_boiling[{extra}]"', name=name) from error
+    return extras.needed(name, extra)
 
 
 def by_role(arrays):

@@ -25,7 +25,7 @@ class BubbleHeldParameters(BubbleRiseParameters):
     fill: int = param(20, "-", "height of the water, in spacings", low=12)
     diameter: float = param(5.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(8.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    superheat: float = param(0.1, "K", "temperature of the water above saturation", low=0.0, high=30.0)
+    superheat: float = param(0.1, "K", "temperature of the water above saturation", low=0.0, high=30.0, law="L/c_l")
 
 
 class BubbleHeld(BubbleRise):

@@ -32,7 +32,7 @@ class BubbleRingParameters(BubbleSplitParameters):
     fill: int = param(40, "-", "height of the water, in spacings", low=12)
     diameter: float = param(12.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(13.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    superheat: float = param(0.1, "K", "temperature of the water above saturation", low=0.0, high=30.0)
+    superheat: float = param(0.1, "K", "temperature of the water above saturation", low=0.0, high=30.0, law="L/c_l")
     eddy_speed: float = param(30.0, "-", "S, speed of the jet, in sqrt(|g| spacing)", low=0.0)
     eddy_height: float = param(20.0, "-", "height of the eddies above the base, in spacings", above=0.0)
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from pysph_boiling.analysis.shapes import fall, history, largest
 from pysph_boiling.checks import require
-from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import NO_BUBBLE, box_vessel, fluid_block, positions
 from pysph_boiling.phases import Phase
@@ -54,13 +53,13 @@ class BubbleRiseParameters(SceneParameters):
     fill: int = param(42, "-", "height of the water, in spacings", low=12)
     diameter: float = param(6.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(5.0, "-", "height of its centre above the base, in spacings", above=0.0)
-    superheat: float = param(10.0, "K", "temperature of the water above saturation", low=0.0, high=30.0)
+    superheat: float = param(10.0, "K", "temperature of the water above saturation", low=0.0, high=30.0, law="L/c_l")
     superheat_limit: float = param(60.0, "K", "superheat at which water bursts", above=0.0,
-                                   sets="dynamic_nucleation.superheat_limit")
+                                   sets="dynamic_nucleation.superheat_limit", law="L/c_l")
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     base_superheat: float = param(0.0, "K", "temperature of the base above saturation; 0 for a base without a heater",
-                                  low=0.0, high=250.0)
+                                  low=0.0, high=250.0, law="L/c_l")
 
 
 class BubbleRise(SceneApplication):
@@ -91,12 +90,12 @@ class BubbleRise(SceneApplication):
     def make_scheme(self, p):
         lower, upper = self.box(p)
         return BoilingScheme(
-            ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, material=WATER_1ATM,
+            ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, material=self.material,
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
             viscosity=XSPHViscosity(),
             heat=HeatConduction(time_scaling=p.time_scaling),
-            **base_heater(p, WATER_1ATM),
+            **base_heater(p, self.material),
             phases=PhaseChange(),
             dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit),
             bubbles=BubbleLabels(),
@@ -119,10 +118,10 @@ class BubbleRise(SceneApplication):
         return [fluid, wall]
 
     def start_temperature(self, p):
-        return WATER_1ATM.T_sat + p.superheat
+        return self.material.T_sat + p.superheat
 
     def start(self, arrays, p, scheme):
-        fluid = arrays["fluid"]
+        fluid, material = arrays["fluid"], self.material
         scheme.set_temperature(fluid, self.start_temperature(p))
         fluid.bubble[:] = NO_BUBBLE
         place = positions(fluid)[:, :p.dim] / p.spacing
@@ -132,12 +131,13 @@ class BubbleRise(SceneApplication):
         for x, height, diameter in self.bubbles(p):
             centre = [x, height] if p.dim == 2 else [x, 0.0, height]
             inside = np.linalg.norm(place - centre, axis=1) < 0.5 * diameter
-            fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, WATER_1ATM.L, WATER_1ATM.T_sat
+            fluid.phase[inside], fluid.e[inside], fluid.T[inside] = Phase.VAPOUR, material.L, material.T_sat
             fluid.bubble[inside] = -ranks.largest(-int(fluid.uid[inside].min(initial=NO_BUBBLE)))
 
     def measure(self, arrays, t):
-        return largest(arrays["fluid"], t, self.parameters.dim, WATER_1ATM.rho_l) if "bubbles" in self.scheme.effects \
-            else {}
+        if "bubbles" not in self.scheme.effects:
+            return {}
+        return largest(arrays["fluid"], t, self.parameters.dim, self.material.rho_l)
 
     def history(self):
         """History of the bubbles: column -> array (outputs,), as from :func:`~pysph_boiling.analysis.shapes.track`."""

@@ -32,7 +32,7 @@ class BubbleSplitParameters(BubbleRiseParameters):
     diameter: float = param(7.0, "-", "diameter of the bubble, in spacings", above=1.0)
     height: float = param(11.0, "-", "height of its centre above the base, in spacings", above=0.0)
     cohesion_sigma: float = param(0.0589, "N/m", "surface tension of bubbles, that of water", low=0.0,
-                                  sets="cohesion.sigma")
+                                  sets="cohesion.sigma", law="sigma")
     eddy_speed: float = param(8.0, "-", "S, speed of the jet between the eddies, in sqrt(|g| spacing)", low=0.0)
     eddy_size: float = param(4.0, "-", "a, distance of the eddies from the jet, in spacings", above=0.0)
     eddy_height: float = param(15.5, "-", "height of the eddies above the base, in spacings", above=0.0)

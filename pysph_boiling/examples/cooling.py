@@ -33,13 +33,13 @@ class CoolingParameters(SuperheatSitesParameters):
     width: int = param(36, "-", "width and depth of the vessel, in spacings", low=8)
     fill: int = param(16, "-", "height of the water, in spacings", low=6)
     sites: int = param(16, "-", "preset nucleation sites on the heated base", low=1)
-    subcooling: float = param(3.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
+    subcooling: float = param(3.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0, law="L/c_l")
     time_scaling: float = param(12000.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     superheat: float = param(5.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
-                             may_change=True, sets="heater.temperature")
+                             may_change=True, sets="heater.temperature", law="L/c_l")
     loss_coefficient: float = param(8.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
-                                    may_change=True, sets="loss.coefficient")
+                                    may_change=True, sets="loss.coefficient", law="k_l")
 
 
 class Cooling(SuperheatSites):

@@ -15,7 +15,6 @@ import numpy as np
 
 from pysph_boiling.analysis.level import surface_level
 from pysph_boiling.checks import require
-from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, base_heater, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -55,17 +54,17 @@ class ExplosiveBoilingParameters(SceneParameters):
     headroom: float = param(1.0, "-", "height above the water, in heights of the water", above=0.0)
     hot: float = param(0.5, "-", "fraction of the water's height, from the floor, that is superheated", above=0.0,
                        high=1.0)
-    superheat: float = param(90.0, "K", "superheat of that part of the water", above=0.0, high=250.0)
+    superheat: float = param(90.0, "K", "superheat of that part of the water", above=0.0, high=250.0, law="L/c_l")
     superheat_limit: float = param(60.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
-                                   high=250.0, sets="dynamic_nucleation.superheat_limit")
+                                   high=250.0, sets="dynamic_nucleation.superheat_limit", law="L/c_l")
     region_radius: float = param(2.0, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     subcooling: float = param(2.0, "K", "temperature of the rest of the water and of the feed below saturation",
-                              low=0.0, high=80.0)
+                              low=0.0, high=80.0, law="L/c_l")
     time_scaling: float = param(800.0, "-", "A: heat runs this many times faster against motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     base_superheat: float = param(0.0, "K", "temperature of the base above saturation; 0 for a base without a heater",
-                                  low=0.0, high=250.0)
+                                  low=0.0, high=250.0, law="L/c_l")
 
 
 class ExplosiveBoiling(SceneApplication):
@@ -85,7 +84,7 @@ class ExplosiveBoiling(SceneApplication):
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
-        material = WATER_1ATM
+        material = self.material
         return BoilingScheme(
             ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, material=material,
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
@@ -94,7 +93,7 @@ class ExplosiveBoiling(SceneApplication):
             wall_multipliers=WallMultipliers(),
             artificial_pressure=ArtificialPressure(),
             heat=HeatConduction(time_scaling=p.time_scaling),
-            **base_heater(p, WATER_1ATM),
+            **base_heater(p, material),
             phases=PhaseChange(),
             dynamic_nucleation=DynamicNucleation(
                 superheat_limit=p.superheat_limit, radius=p.region_radius, seed=p.seed),
@@ -118,7 +117,7 @@ class ExplosiveBoiling(SceneApplication):
                            jitter=scheme.wall_jitter, **common)]
 
     def start_temperature(self, p):
-        return WATER_1ATM.T_sat + np.array([p.superheat, -p.subcooling])
+        return self.material.T_sat + np.array([p.superheat, -p.subcooling])
 
     def start(self, arrays, p, scheme):
         fluid = arrays["fluid"]

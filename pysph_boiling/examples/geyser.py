@@ -13,7 +13,6 @@ import numpy as np
 
 from pysph_boiling.checks import require
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
-from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import fluid_block, positions, wall_array
 from pysph_boiling.runs.application import SceneParameters, upright_box
 from pysph_boiling.schemes.effects import Buoyancy, Heater, Venting, param
@@ -39,14 +38,14 @@ class GeyserParameters(SceneParameters):
     pool_depth: int = param(1, "-", "depth of the pool, in spacings", low=1)
     sky: int = param(30, "-", "height of the space above the pool, in spacings", low=4)
     superheat: float = param(230.0, "K", "temperature of the chamber's floor above saturation", above=0.0, high=250.0,
-                             may_change=True, sets="heater.temperature")
+                             may_change=True, sets="heater.temperature", law="L/c_l")
     superheat_limit: float = param(165.0, "K", "mean superheat at which a region bursts into vapour", above=0.0,
-                                   high=250.0, sets="dynamic_nucleation.superheat_limit")
+                                   high=250.0, sets="dynamic_nucleation.superheat_limit", law="L/c_l")
     region_radius: float = param(2.4, "-", "radius of a region, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
-    subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
+    subcooling: float = param(40.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0, law="L/c_l")
     time_scaling: float = param(5000.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     v_exp: float = param(3.0, "-", "volume of vapour in units of the volume of its liquid", low=1.0, high=4.0,
                          sets="expansion.v_exp")
 
@@ -122,7 +121,7 @@ class Geyser(ExplosiveBoiling):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))
 
     def start_temperature(self, p):
-        return WATER_1ATM.T_sat - p.subcooling
+        return self.material.T_sat - p.subcooling
 
     def facts(self):
         p, scheme, effects = self.parameters, self.scheme, self.scheme.effects

@@ -46,8 +46,8 @@ class HeatedSlab(SceneApplication):
     pictures = ("profile.png",)
 
     def make_scheme(self, p):
-        return BoilingScheme(["fluid"], ["wall"], dim=2, spacing=p.spacing, hdx=1.3, density=None,
-                             heat=HeatConduction(), heater=Heater(temperature=p.T_1))
+        return BoilingScheme(["fluid"], ["wall"], dim=2, spacing=p.spacing, hdx=1.3, material=self.material,
+                             density=None, heat=HeatConduction(), heater=Heater(temperature=p.T_1))
 
     def create_domain(self):
         from pysph.base.nnps import DomainManager

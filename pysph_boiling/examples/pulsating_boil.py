@@ -44,7 +44,8 @@ class PulsatingBoil(SteadyBoiling):
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.set_effects(expansion=Expansion(v_exp=p.v_exp),
-                           oscillation=Oscillation(form="rayleigh_plesset", slowdown=p.slowdown))
+                           oscillation=Oscillation(form="rayleigh_plesset", slowdown=p.slowdown,
+                                       pressure=self.material.pressure, kappa=self.material.kappa))
         return scheme
 
     def measure(self, arrays, t):

@@ -18,6 +18,7 @@ from pysph.sph.scheme import WCSPHScheme
 
 from pysph_boiling.checks import require
 from pysph_boiling.materials import WATER_1ATM as WATER
+from pysph_boiling.materials import in_proportion
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.runs import pysph_options
 from pysph_boiling.runs.hosted import HostedApplication
@@ -27,11 +28,13 @@ from pysph_boiling.schemes import effects
 from pysph_boiling.schemes.bubbles import Departures
 from pysph_boiling.schemes.guest import BoilingGuest
 from pysph_boiling.schemes.modes import MODES
+from pysph_boiling.schemes.options import add_material_options, chosen_material
 
 SPACING, WIDTH, FILL = 0.004, 30, 16  # particle spacing [m]; width of the vessel and height of the water, in spacings
 HDX = 1.2  # smoothing length over spacing
 SITES, HEATED = 4, 0.7  # nucleation sites, on the heated fraction of the base
-SUBCOOLING, SUPERHEAT = 2.0, 60.0  # start below, and base above saturation [K]
+SUBCOOLING, SUPERHEAT = 2.0, 60.0  # start below, and base above saturation, for water [K]
+TIME_SCALING = 2800.0  # factor by which heat is faster relative to motion, for water
 DURATION, FRAME = 1.5, 0.05  # simulated time, and time between two outputs [s]
 G = 9.81  # m/s^2
 C_0 = 10.0 * math.sqrt(2.0 * G * FILL * SPACING)  # speed of sound [m/s]
@@ -46,6 +49,7 @@ class ReuseWCSPH(HostedApplication):
     solver_options = dict(integrator_cls=PECIntegrator)
 
     def add_user_options(self, group):
+        add_material_options(group)
         group.add_argument("--mode", default="dynamic", choices=tuple(MODES), help="model of boiling")
         group.add_argument("--no-pictures", action="store_true", help="draw no pictures at the end")
 
@@ -58,14 +62,17 @@ class ReuseWCSPH(HostedApplication):
 
     def consume_user_options(self):
         pysph_options.check(self.options)
-        base = WATER.T_sat + SUPERHEAT
+        self.material = fluid = chosen_material(self.options, WATER)
+        subcooling, superheat = (in_proportion(T, "L/c_l", WATER, fluid) for T in (SUBCOOLING, SUPERHEAT))
+        self.start = fluid.T_sat - subcooling  # K
+        heat = effects.HeatConduction(time_scaling=in_proportion(TIME_SCALING, "rho_l c_l/k_l", WATER, fluid))
         self.guest = BoilingGuest(
-            ["fluid"], ["wall"], ["sites"], dim=2, spacing=SPACING, hdx=HDX, material=WATER, mode=self.options.mode,
-            heat=effects.HeatConduction(time_scaling=2800.0), heater=effects.Heater(temperature=base),
+            ["fluid"], ["wall"], ["sites"], dim=2, spacing=SPACING, hdx=HDX, material=fluid, mode=self.options.mode,
+            heat=heat, heater=effects.Heater(temperature=fluid.T_sat + superheat),
             phases=effects.PhaseChange(), preset_nucleation=effects.PresetNucleation(),
             bubbles=effects.BubbleLabels(), condensation=effects.Condensation(), pooling=effects.LatentPooling(),
             buoyancy=effects.Buoyancy(), cohesion=effects.Cohesion(), adhesion=effects.SiteAdhesion(strength=4.0),
-            drag=effects.Drag(), venting=effects.Venting(T_feed=WATER.T_sat - SUBCOOLING))
+            drag=effects.Drag(), venting=effects.Venting(T_feed=self.start))
 
     # --- PySPH's scheme, as its user would set it up ------------------------------------------------------------------
 
@@ -74,17 +81,18 @@ class ReuseWCSPH(HostedApplication):
                            alpha=0.1, hg_correction=True)
 
     def configure_scheme(self):
+        self.scheme.configure(rho0=self.material.rho_l)
         self.scheme.configure_solver(kernel=CubicSpline(dim=2), dt=self.time_step, tf=DURATION,
                                      pfreq=round(FRAME / self.time_step), **self.solver_options)
 
     def create_particles(self):
-        common = dict(spacing=SPACING, dim=2, rho0=WATER.rho_l, hdx=HDX)
+        common = dict(spacing=SPACING, dim=2, rho0=self.material.rho_l, hdx=HDX)
         width, height = WIDTH * SPACING, FILL * SPACING
         water = fluid_block((0.0, 0.0, 0.0), (width, height, 0.0), jitter=0.01, seed=1, **common)
         box = box_vessel((0.0, 0.0, 0.0), (width, 1.5 * height, 0.0), kernel=CubicSpline(dim=2), layers=4,
                          heated_fraction=HEATED, **common)
-        fluid, wall = (get_particle_array(name=name, x=points.x, y=points.y, m=WATER.rho_l * SPACING**2,
-                                          rho=WATER.rho_l, h=HDX * SPACING)
+        fluid, wall = (get_particle_array(name=name, x=points.x, y=points.y, m=self.material.rho_l * SPACING**2,
+                                          rho=self.material.rho_l, h=HDX * SPACING)
                        for name, points in (("fluid", water), ("wall", box)))
         self.scheme.setup_properties([fluid, wall])
 
@@ -93,7 +101,7 @@ class ReuseWCSPH(HostedApplication):
                            reach=2.4 * SPACING, spacing=SPACING)
         particles = [fluid, wall, sites]
         self.guest.setup(particles, heated={"wall": box.heated})
-        self.guest.set_temperature(fluid, WATER.T_sat - SUBCOOLING)
+        self.guest.set_temperature(fluid, self.start)
         return particles
 
     # --- the guest ----------------------------------------------------------------------------------------------------
@@ -136,6 +144,7 @@ class ReuseWCSPH(HostedApplication):
         return {"scene": self.fname, "scheme": type(self.scheme).__name__, "mode": self.options.mode, "dim": 2,
                 "spacing": SPACING, "steps": self.solver.count, "completed": True, "departures": self.departures,
                 "columns": self.ledger.described(),
+                "material": self.material.name, "constants": self.material.constants(),
                 "effects": {slot: repr(effect) for slot, effect in self.guest.scheme.effects.items()}, **origin()}
 
     def check_final(self):

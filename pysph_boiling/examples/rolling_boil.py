@@ -34,15 +34,16 @@ class RollingBoilParameters(SteadyBoilingParameters):
     headroom: float = param(0.6, "-", "height of the pot above the water, in heights of the water", above=0.0)
     sites: int = param(48, "-", "preset nucleation sites on the heated base", low=1)
     smallest_cavity: float = param(1e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
-                                   "at saturation", low=0.0)
-    largest_cavity: float = param(0.0, "m", "largest radius of the sites' cavities; 0 for none", low=0.0)
+                                   "at saturation", low=0.0, law="sigma T_sat c_l/(rho_v L^2)")
+    largest_cavity: float = param(0.0, "m", "largest radius of the sites' cavities; 0 for none", low=0.0,
+                                  law="sigma T_sat c_l/(rho_v L^2)")
     embryo: float = param(1.0, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.95, "-", "heated fraction of the base's diameter", above=0.0, high=1.0)
     time_scaling: float = param(1600.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     superheat: float = param(100.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
-                             may_change=True, sets="heater.temperature")
+                             may_change=True, sets="heater.temperature", law="L/c_l")
 
 
 class RollingBoil(SteadyBoiling):

@@ -18,7 +18,6 @@ import numpy as np
 
 from pysph_boiling.cavities import activation_superheat, cavity_radii
 from pysph_boiling.checks import require
-from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
 from pysph_boiling.schemes.boiling import BoilingScheme
@@ -58,16 +57,17 @@ class SteadyBoilingParameters(SceneParameters):
     sites: int = param(24, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("random", "-", "layout of the sites", choices=("regular", "random"))
     smallest_cavity: float = param(4e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
-                                   "at saturation", low=0.0)
-    largest_cavity: float = param(6e-6, "m", "largest radius of the sites' cavities; 0 for none", low=0.0)
+                                   "at saturation", low=0.0, law="sigma T_sat c_l/(rho_v L^2)")
+    largest_cavity: float = param(6e-6, "m", "largest radius of the sites' cavities; 0 for none", low=0.0,
+                                  law="sigma T_sat c_l/(rho_v L^2)")
     embryo: float = param(0.25, "-", "smallest radius of the embryo that a bubble leaves, in radii of its cavity",
                           above=0.0, high=1.0, sets="preset_nucleation.embryo")
     heated: float = param(0.75, "-", "heated fraction of the base's width", above=0.0, high=1.0)
-    subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0)
+    subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0, law="L/c_l")
     time_scaling: float = param(800.0, "-", "A: factor by which heat is faster relative to motion", above=0.0,
-                                sets="heat.time_scaling")
+                                sets="heat.time_scaling", law="rho_l c_l/k_l")
     superheat: float = param(60.0, "K", "temperature of the base above saturation", above=0.0, high=250.0,
-                             may_change=True, sets="heater.temperature")
+                             may_change=True, sets="heater.temperature", law="L/c_l")
 
 
 class SteadyBoiling(SceneApplication):
@@ -94,7 +94,7 @@ class SteadyBoiling(SceneApplication):
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
-        material, own_cavities = WATER_1ATM, p.smallest_cavity > 0.0
+        material, own_cavities = self.material, p.smallest_cavity > 0.0
         return BoilingScheme(
             ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, sites=["sites"], material=material,
             density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
@@ -136,10 +136,10 @@ class SteadyBoiling(SceneApplication):
             return 0.0
         radii = cavity_radii(p.sites, smallest=p.smallest_cavity, largest=p.largest_cavity or np.inf,
                              seed=[p.seed, 1])  # a stream of its own
-        return activation_superheat(radii, WATER_1ATM)
+        return activation_superheat(radii, self.material)
 
     def start_temperature(self, p):
-        return WATER_1ATM.T_sat - p.subcooling
+        return self.material.T_sat - p.subcooling
 
     def start(self, arrays, p, scheme):
         scheme.set_temperature(arrays["fluid"], self.start_temperature(p))

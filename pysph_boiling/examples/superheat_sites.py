@@ -13,8 +13,9 @@ import numpy as np
 
 from pysph_boiling.checks import require
 from pysph_boiling.examples.steady_boiling import SteadyBoiling, SteadyBoilingParameters
-from pysph_boiling.materials import WATER_1ATM
 from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
+
+AMBIENT = 80.0  # K, how far the air over water at 373.15 K is below saturation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,15 +28,15 @@ class SuperheatSitesParameters(SteadyBoilingParameters):
     sites: int = param(9, "-", "preset nucleation sites on the heated base", low=1)
     pattern: str = param("regular", "-", "layout of the sites", choices=("regular", "random"))
     smallest_cavity: float = param(0.0, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
-                                   "at saturation", low=0.0)
+                                   "at saturation", low=0.0, law="sigma T_sat c_l/(rho_v L^2)")
     superheat_limit: float = param(28.0, "K", "mean superheat at which liquid away from sites bursts", above=0.0,
-                                   sets="dynamic_nucleation.superheat_limit")
+                                   sets="dynamic_nucleation.superheat_limit", law="L/c_l")
     region_radius: float = param(2.4, "-", "radius of the region that bursts, in spacings", above=0.0,
                                  sets="dynamic_nucleation.radius")
     start_superheat: float = param(0.0, "K", "superheat of the lowest quarter of the water at the start; 0 to start at "
-                                   "the temperature of the rest", low=0.0, high=250.0)
+                                   "the temperature of the rest", low=0.0, high=250.0, law="L/c_l")
     loss_coefficient: float = param(5.0, "W/(m^2 K)", "heat transfer at the surface, before the factor A", low=0.0,
-                                    may_change=True, sets="loss.coefficient")
+                                    may_change=True, sets="loss.coefficient", law="k_l")
 
 
 class SuperheatSites(SteadyBoiling):
@@ -49,13 +50,14 @@ class SuperheatSites(SteadyBoiling):
     def make_scheme(self, p):
         scheme = super().make_scheme(p)
         scheme.set_effects(
-            loss=AmbientLoss(coefficient=p.loss_coefficient),
+            loss=AmbientLoss(coefficient=p.loss_coefficient,
+                             T_ambient=self.material.T_sat - self.in_proportion(AMBIENT, "L/c_l")),
             dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit, radius=p.region_radius))
         return scheme
 
     def start_temperature(self, p):
         cold = super().start_temperature(p)
-        return np.array([WATER_1ATM.T_sat + p.start_superheat, cold]) if p.start_superheat else cold
+        return np.array([self.material.T_sat + p.start_superheat, cold]) if p.start_superheat else cold
 
     def start(self, arrays, p, scheme):
         if not p.start_superheat:

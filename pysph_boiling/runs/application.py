@@ -36,6 +36,7 @@ from pysph_boiling.files import (
     run_record,
     step_of,
 )
+from pysph_boiling.materials import WATER_1ATM, in_proportion
 from pysph_boiling.names import check_renamed, option, scene_name
 from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import number, portion, rows
@@ -48,7 +49,7 @@ from pysph_boiling.schemes.effects import Heater, check_parameters, check_temper
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.forms import FORMS, chosen, forms_in
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
-from pysph_boiling.schemes.options import add_former_options, described
+from pysph_boiling.schemes.options import add_former_options, add_material_options, chosen_material, described
 from pysph_boiling.schemes.quality import QUALITIES
 from pysph_boiling.search import search_for
 
@@ -107,13 +108,16 @@ class SceneApplication(Application):
     """Base class of all scenes.
 
     Subclasses set ``Parameters`` (a :class:`SceneParameters`), ``title`` and optionally ``variants`` (name ->
-    parameters that the switch ``--<name>`` sets). They override ``make_scheme(parameters)``,
-    ``make_particles(parameters, scheme)``, ``check_final()`` and, to draw more than the common pictures, ``draw()``.
+    parameters that the switch ``--<name>`` sets) and ``material``, the fluid for which both are tuned. In their methods
+    ``self.material`` is the fluid of the run, which ``--material`` may have changed. They override
+    ``make_scheme(parameters)``, ``make_particles(parameters, scheme)``, ``check_final()`` and, to draw more than the
+    common pictures, ``draw()``.
     """
 
     Parameters = SceneParameters
     title = ""  # the scene's name if it is empty
     variants: dict = {}
+    material = WATER_1ATM
     pictures = ()  # names of the files that draw() makes besides the common ones
 
     # --- what a scene overrides ---------------------------------------------------------------------------------------
@@ -132,6 +136,10 @@ class SceneApplication(Application):
     def start_temperature(self, parameters):
         """Initial temperature [K], a number or (n,), for ``--effects auto``; ``None`` in a scene without heat."""
         return None
+
+    def in_proportion(self, value, law):
+        """A ``value`` that was tuned for the scene's own fluid, for that of this run: in proportion to a law."""
+        return in_proportion(value, law, type(self).material, self.material)
 
     def facts(self):
         """Scale factors and dimensionless numbers for the header and ``run.json``: name -> (value, unit)."""
@@ -261,7 +269,7 @@ class SceneApplication(Application):
             raise ValueError(f"started on {ranks.launched()} ranks, but MPI is not set up here: run 'make setup-mpi' "
                              "and use the environment that it makes (docs/ranks.md)")
         ranks.use(self.comm)
-        self.parameters = self.Parameters()
+        self.parameters, self.laws = self.Parameters(), {}
         self.cache_nnps = True
         self.ledger = None
         self.measurements = {}  # t [s] -> what is measured there, where no files are written
@@ -287,6 +295,7 @@ class SceneApplication(Application):
                                metavar=None if meta["choices"] else spec.name.upper(),
                                help=described(meta, spec.default))
             add_former_options(group, name)
+        add_material_options(group)
         group.add_argument("--mode", choices=tuple(MODES), default="dynamic",
                            help="model of boiling: " + "; ".join(
                                f"{name} ({row.source}), which stores latent heat {row.storage}" for name, row in
@@ -310,11 +319,17 @@ class SceneApplication(Application):
                            help="print the stages and groups of a time step and the effects behind them, then stop")
 
     def consume_user_options(self):
+        self.laws = {}  # parameter -> law, of those that follow from the fluid
+        self.material = chosen_material(self.options, type(self).material)
         given = dict(self.variants.get(self.options.variant, {}))
         for spec in dataclasses.fields(self.Parameters):
-            value = getattr(self.options, f"scene.{spec.name}")
+            value, law = getattr(self.options, f"scene.{spec.name}"), spec.metadata.get("law")
             if value is not None:
                 given[spec.name] = value
+            elif law and self.material != type(self).material:
+                given[spec.name] = self.in_proportion(given.get(spec.name, spec.default), law)
+                if given[spec.name]:
+                    self.laws[spec.name] = law
         if self.options.final_time is not None:
             given["duration"] = self.options.final_time
         self.parameters = dataclasses.replace(self.Parameters(), **given)
@@ -333,6 +348,7 @@ class SceneApplication(Application):
                 raise ValueError(f"--timestep must be > 0 s, got {options.time_step} s")
             step = dict(dt=options.time_step, pfreq=max(1, round(p.frame / options.time_step)))
         self.scheme = self.make_scheme(p)
+        self.check_material()
         self.scene_effects = dict(self.scheme.effects)  # as the parameters of the scene have them
         if self.scheme.material is not None:
             check_temperatures(p, option, self.scheme.material)
@@ -352,6 +368,13 @@ class SceneApplication(Application):
                              f"{MAX_STEPS}: use longer steps or frames, a shorter --duration, or --max-steps")
         if self.num_procs > 1:
             self.check_ranks()
+
+    def check_material(self):
+        """Raise ``ValueError`` if a fluid is asked for that the scheme of this scene does not have."""
+        if self.material not in (type(self).material, self.scheme.material):
+            raise ValueError(f"{self.scene_name()} cannot have another --material or --pressure: " + (
+                "it computes motion alone" if self.scheme.material is None else
+                f"its make_scheme gives the scheme {self.scheme.material.name}, not self.material"))
 
     def _setup_parallel_manager_and_initial_load_balance(self):
         """PySPH's method with our parallel manager; PySPH looks its manager up by a name in its own module."""
@@ -741,15 +764,21 @@ class SceneApplication(Application):
 
     def print_header(self, console):
         """Print what is about to run, with all scale factors."""
-        scheme, solver = self.scheme, self.solver
+        p, scheme, solver = self.parameters, self.scheme, self.solver
         numbers = self.counts()
         counts = f"{sum(numbers.values())} particles ({', '.join(f'{n} {name}' for name, n in numbers.items())})"
         shared = f" on {ranks.size()} ranks" if ranks.size() > 1 else ""
-        steps = int(np.ceil(max(self.parameters.duration - solver.t, 0.0) / solver.dt - 1e-9))
+        steps = int(np.ceil(max(p.duration - solver.t, 0.0) / solver.dt - 1e-9))
         console.print(f"[bold]{self.title}[/bold]: {counts}{shared}; {steps} steps of {solver.dt * 1e3:.4g} ms, "
                       + (f"from t = {solver.t:.4g} s " if self.resumed is not None else "")
-                      + f"to {self.parameters.duration} s")
+                      + f"to {p.duration} s")
         console.print(textwrap.fill("effects: " + ", ".join(scheme.effects), COLUMNS, subsequent_indent="  "))
+        if self.material != type(self).material:
+            console.print(f"fluid: {self.material.name}, which boils at {self.material.T_sat:.4g} K")
+            for name, law in self.laws.items():
+                unit = type(p).__dataclass_fields__[name].metadata["unit"]
+                console.print(f"  {name} = {getattr(p, name):.4g}{'' if unit == '-' else ' ' + unit}, in proportion to "
+                              f"{law}", markup=False)
         for change in self.resumed.new if self.resumed is not None else ():
             console.print(f"  from t = {change['t']:.4g} s on: {change['parameter']} = {change['after']} "
                           f"{change['unit']}, was {change['before']}", markup=False)
@@ -784,8 +813,14 @@ class SceneApplication(Application):
                             for slot, effect in scheme.effects.items()}}
 
     def recorded_parameters(self):
-        """Parameters for ``run.json``; ``replaced_by`` names the option of an effect that overrides one."""
+        """Parameters for ``run.json``.
+
+        ``replaced_by`` names the option of an effect that overrides one, and ``in_proportion_to`` the law by which it
+        follows from the fluid.
+        """
         rows = with_units(self.parameters)
+        for name, law in self.laws.items():
+            rows[name]["in_proportion_to"] = law
         for spec in dataclasses.fields(self.parameters):
             slot, _, name = (spec.metadata.get("sets") or "").partition(".")
             if slot in self.scene_effects:
@@ -826,6 +861,7 @@ class SceneApplication(Application):
             "completed": completed,
             **origin(),
             **{name: setting.value for name, setting in scheme_settings(self).items()},
+            **({} if scheme.material is None else {"constants": scheme.material.constants()}),
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,

@@ -48,7 +48,7 @@ def scheme_settings(application):
             "spacing": Setting("spacing", scheme.spacing, "m"), "hdx": Setting("hdx", scheme.hdx),
             "kernel": Setting("--kernel", type(scheme.kernel).__name__),
             "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),
-            "material": Setting("material", getattr(scheme.material, "name", None)),
+            "material": Setting("--material", getattr(scheme.material, "name", None)),
             "dt": Setting("--timestep", scheme.dt, "s", may_change=True),
             "backend": Setting("backend", application.backend(), may_change=True)}
 
@@ -93,6 +93,7 @@ def compare(application, record, t):
     changes, scene = [], application.scene_name()
     if record["scene"] != scene:
         raise ValueError(f"a run of {record['scene']} cannot be resumed as {scene}")
+    refuse(other_constants(application, record), record)
     for prefix, now, before in zip(("scene.", "", ""), settings(application),
                                    stored_settings(record, application.scheme.slots, t)):
         before = {name if name in now else current_name(prefix + name).removeprefix(prefix): value
@@ -108,10 +109,29 @@ def compare(application, record, t):
             else:
                 refused.append(f"{setting.flag} (it was {setting.text(before[name])} and would become "
                                f"{setting.text(value)})")
-        if refused:
-            raise ValueError(f"a run cannot be resumed with another {', '.join(refused)}. It was started with: "
-                             f"{' '.join(record['arguments'])}")
+        refuse(refused, record)
     return changes
+
+
+def refuse(refused, record):
+    """Raise ``ValueError`` if there are settings that must not change."""
+    if refused:
+        raise ValueError(f"a run cannot be resumed with another {', '.join(refused)}. It was started with: "
+                         f"{' '.join(record['arguments'])}")
+
+
+def other_constants(application, record):
+    """The fluid of a run if it is called otherwise now, and else the constants of it that have other values.
+
+    Parameters of the scene follow from its fluid, so this comes first.
+    """
+    name = scheme_settings(application)["material"]
+    if record.get("material", name.value) != name.value:
+        return [f"{name.flag} (it was {record['material']} and would become {name.text(name.value)})"]
+    now, before = application.scheme.material, record.get("constants", {})
+    return [f"{constant} of {name.value} (it was {row['value']} {row['unit']} and would become "
+            f"{getattr(now, constant)} {row['unit']})"
+            for constant, row in before.items() if getattr(now, constant, None) != row["value"]]
 
 
 def use_new_names(pa):

@@ -1,10 +1,12 @@
 """Command-line options of a scheme, which are made from the parameters of its effects."""
 import dataclasses
 
+from pysph_boiling.materials import named
 from pysph_boiling.names import add_renamed, former_names, option
 from pysph_boiling.schemes.effects import EFFECTS
 
-__all__ = ["add_former_options", "add_options", "apply_options", "described", "option_table"]
+__all__ = ["add_former_options", "add_material_options", "add_options", "apply_options", "chosen_material",
+           "described", "option_table"]
 
 
 def add_former_options(group, name, prefix=""):
@@ -16,6 +18,22 @@ def add_former_options(group, name, prefix=""):
     for old in former_names(name):
         if old.removeprefix("scene.") not in EFFECTS:
             add_renamed(group, option(prefix + old), option(prefix + name))
+
+
+def add_material_options(group):
+    """Add ``--material`` and ``--pressure`` to an argparse group."""
+    group.add_argument("--material", metavar="FLUID", default=None,
+                       help="the fluid: water, or a pure fluid of CoolProp such as ethanol or R134a; what the scene "
+                            "has for water follows from it (docs/fluids.md)")
+    group.add_argument("--pressure", metavar="PA", type=float, default=None,
+                       help="pressure at which the fluid boils [Pa]; default 101325")
+
+
+def chosen_material(options, default):
+    """The :class:`~pysph_boiling.materials.Material` that the options ask for; ``default`` without any."""
+    if options.material is None and options.pressure is None:
+        return default
+    return named("water" if options.material is None else options.material, options.pressure)
 
 
 def option_table(slots):
@@ -53,7 +71,8 @@ def described(meta, default):
     bounds = [f"{word} {meta[key]}" for key, word in (("above", ">"), ("low", ">="), ("high", "<="))
               if meta[key] is not None]
     unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
-    known = "" if default is None else f"; default {default}"
+    law = f" for the scene's own fluid, in proportion to {meta['law']}" if meta.get("law") else ""
+    known = "" if default is None else f"; default {default}{law}"
     return f"{meta['meaning']}{unit}{' (' + ', '.join(bounds) + ')' if bounds else ''}{known}".replace("%", "%%")
 
 

@@ -360,8 +360,8 @@ def test_frames_stay_when_the_view_cannot_be_drawn(run_folder, monkeypatch, caps
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 3 and all(line.startswith("pysph-boiling: ") for line in lines)
     assert "three dimensions" in lines[0]
-    assert 'pysplashsurf is missing: pip install "pysph_boiling[view]"' in lines[1]
-    assert 'pyvisfile is missing: pip install "pysph_boiling[view]"' in lines[2]
+    assert "pysplashsurf is missing: pip install 'pysph_boiling[view]'" in lines[1]
+    assert "pyvisfile is missing: pip install 'pysph_boiling[view]'" in lines[2]
 
 
 def test_paraview_files_hold_what_was_written(run_folder, capsys):

@@ -170,17 +170,18 @@ class Flow(NamedTuple):
 
 def param(default: Any, unit: str, meaning: str, *, low: float | None = None, high: float | None = None,
           above: float | None = None, choices: Sequence | None = None, may_change: bool = False,
-          temperature: bool = False, sets: str | None = None) -> Any:
+          temperature: bool = False, sets: str | None = None, law: str | None = None) -> Any:
     """A parameter of an effect or a scene: a dataclass field with unit, meaning and bounds.
 
     Values from ``low`` to ``high`` are allowed, and values must be greater than ``above``. The default ``None`` means
     that the scene decides. ``may_change`` means that a resumed run may have another value, which is possible if the
     files of a run do not depend on it. ``temperature`` marks an absolute temperature, which must not be below melting
     (:func:`check_temperatures`). ``sets`` is the parameter of an effect ("slot.name") that a parameter of a scene sets,
-    unless it is given itself.
+    unless it is given itself. ``law`` names what a value that was tuned for one fluid is in proportion to in others
+    (:data:`pysph_boiling.materials.LAWS`); without one it is the same in all.
     """
     meta = dict(unit=unit, meaning=meaning, low=low, high=high, above=above, choices=choices, may_change=may_change,
-                temperature=temperature, sets=sets)
+                temperature=temperature, sets=sets, law=law)
     return field(default=default, metadata=meta)
 
 

@@ -21,6 +21,7 @@ __all__ = ["Oscillation"]
 BAND = (0.45, 0.85)  # bounds of the paper, section 4.3, without their N^(1/3) part, in units of ``length``
 ROUND_OFF = 1e-12  # relative tolerance of the bounds of a radius
 TYPICAL = 20  # number of particles of the bubble for which the time scale is checked
+ALIKE = 0.02  # largest relative difference of two exponents that mean the same gas
 STEPS = 20  # least number of steps per period
 
 
@@ -148,6 +149,7 @@ class Oscillation(Effect):
         if self.form != "rayleigh_plesset" and math.isinf(self.period_in(scene)):
             raise ValueError("oscillation.period [s] must be given in a scene without gravity")
         if self.form == "rayleigh_plesset":
+            self.check_gas(scene.material)
             if scene.dim != 3:
                 raise ValueError("oscillation.form = 'rayleigh_plesset' needs a 3-D scene, because its equation is for "
                                  "a sphere")
@@ -155,6 +157,15 @@ class Oscillation(Effect):
                 raise SchemeError("oscillation.form = 'rayleigh_plesset' needs the effect 'expansion'",
                                   "pass expansion=Expansion(...) to the scheme, or choose another form",
                                   "add --expansion, or choose another form")
+
+    def check_gas(self, material):
+        """Refuse pressure and exponent of steam at one atmosphere, the defaults, for a fluid with known others."""
+        given, known = (self.pressure, self.kappa), (material.pressure, material.kappa)
+        if None not in known and given == (Oscillation.pressure, Oscillation.kappa) and not np.allclose(
+                given, known, rtol=ALIKE):
+            raise ValueError(f"oscillation.form = 'rayleigh_plesset': give oscillation.pressure and oscillation.kappa, "
+                             f"whose defaults are those of steam at one atmosphere; {material.name} has "
+                             f"{known[0]:.6g} Pa and {known[1]:.3g}")
 
     def warnings(self, scene, dt):
         if self.form == "hysteresis":
