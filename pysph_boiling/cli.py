@@ -146,6 +146,13 @@ def reproduce(arguments):
     command(arguments)
 
 
+def sweep(arguments):
+    """Run a scene over ranges of its parameters."""
+    from pysph_boiling.evaluation.sweep import sweep as command
+
+    command(arguments)
+
+
 def accuracy(arguments):
     """Measure how much computing time a given accuracy takes."""
     from pysph_boiling.evaluation.accuracy.command import accuracy as command
@@ -173,6 +180,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again, make a movie, or export to ParaView, Blender or USD
   bubbles DIR          say when and where bubbles depart in runs, how large they are and how they look
+  sweep SCENE          run a scene over ranges of its parameters (--superheat 5:60:8 --seeds 3), as a table and pictures
   reproduce [FIGURE]   reproduce the paper's figures and tables, all or those named (--quick: small scenes)
   accuracy [STUDY]     measure what accuracy costs in computing time on this machine (--quick: small scenes)
   validate [CASE]      compare the model with formulas, experiments and stored statistics (--quick: coarse)
@@ -187,8 +195,8 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": list_scenes, "run": run, "render": render, "bubbles": bubbles, "reproduce": reproduce,
-                "accuracy": accuracy, "validate": validate, "stress": stress}
+    commands = {"list": list_scenes, "run": run, "render": render, "bubbles": bubbles, "sweep": sweep,
+                "reproduce": reproduce, "accuracy": accuracy, "validate": validate, "stress": stress}
     if command == "--version":
         from pysph_boiling import __version__
 
@@ -241,6 +249,8 @@ def explain(error):
             return ("mpi4py and pyzoltan are installed, but PySPH's parallel manager is not built, and PySPH does not "
                     "start without it: run 'python tools/build_parallel_manager.py', or 'make setup-mpi'"), 2
         return (str(error), 2) if "pip install" in str(error) else (None, 1)
+    if isinstance(error, ChildProcessError):
+        return str(error), 1
     if isinstance(error, (ValueError, OSError)):
         from pysph_boiling.schemes.effects import EFFECTS
 

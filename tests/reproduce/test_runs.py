@@ -279,7 +279,7 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(root, two_figures, capsys,
 
 def test_failed_run_ends_the_command_with_its_name(root, two_figures, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(two_figures["fig9"], "runs", lambda self, quick: [Run("one", "fails")])
-    assert cli.main(["reproduce", "--directory", str(tmp_path)]) == 2
+    assert cli.main(["reproduce", "--directory", str(tmp_path)]) == 1
     assert "these runs failed: one" in capsys.readouterr().err
     assert not (tmp_path / "index.html").exists()
 

@@ -12,7 +12,7 @@ from pysph_boiling.results import SavedRun
 from pysph_boiling.runs.jobs import Job, run_jobs
 from pysph_boiling.threads import variables
 
-__all__ = ["Run", "perform"]
+__all__ = ["Run", "attempt", "perform"]
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,21 @@ def prepare(run, folder):
 
 
 def perform(runs, root, *, jobs=None, report=print):
-    """Make the runs that are missing, ``jobs`` at a time, which share the cores; returns name ->
-    :class:`~pysph_boiling.results.SavedRun`.
+    """:func:`attempt` runs of which none may fail; returns name -> :class:`~pysph_boiling.results.SavedRun`.
 
-    Each run has a folder below ``root``. An interrupt stops running ones, which the next call continues. Errors:
-    ``ChildProcessError`` that names the runs that failed, after all others are done.
+    Errors: ``ChildProcessError`` that names the runs that failed, after all others are done.
+    """
+    done, failed = attempt(runs, root, jobs=jobs, report=report)
+    if failed:
+        raise ChildProcessError(f"these runs failed: {', '.join(failed)}; each has its console.txt in {root}")
+    return done
+
+
+def attempt(runs, root, *, jobs=None, report=print):
+    """Make the runs that are missing, ``jobs`` at a time, which share the cores.
+
+    Returns (name -> :class:`~pysph_boiling.results.SavedRun` of those that are complete, name -> reason of those that
+    failed). Each run has a folder below ``root``. An interrupt stops running ones, which the next call continues.
     """
     root, cores = Path(root), os.cpu_count() or 1
     jobs = jobs or cores
@@ -98,7 +108,7 @@ def perform(runs, root, *, jobs=None, report=print):
                              f"{unique[run.name].command}")
     waiting = [run for run in unique.values() if not finished(run, root / run.name)]
     waiting.sort(key=lambda run: run.alone)  # timed runs come last, and have the machine to themselves
-    begun, failed, compiled = [], [], set()
+    begun, failed, compiled = [], {}, set()
 
     def started(job):
         run = unique[job.name]
@@ -115,12 +125,11 @@ def perform(runs, root, *, jobs=None, report=print):
         compiled.add(build(run))
         said = "done, but its final check failed" if outcome.failure else "done"
         if not finished(run, root / run.name):
-            failed.append(run.name)
-            said = f"failed ({outcome.failure or 'it is not complete'})"
+            why = outcome.failure or "it is not complete"
+            failed[run.name] = "; ".join([why, *outcome.output.splitlines()[-1:]])
+            said = f"failed ({why})"
         report(f"{run.name}: {said} after {outcome.seconds:.0f} s")
 
     run_jobs([job(run, root / run.name, cores if run.alone else max(1, cores // jobs)) for run in waiting], jobs,
              hold=compiling, started=started, ended=ended)
-    if failed:
-        raise ChildProcessError(f"these runs failed: {', '.join(failed)}; each has its console.txt in {root}")
-    return {name: SavedRun(root / name) for name in unique}
+    return {name: SavedRun(root / name) for name in unique if name not in failed}, failed
