@@ -181,7 +181,8 @@ def draw(path, axes, about, figure, numbers, title):
             x, mean, low, high = np.array(sorted(rows)).T
             label = ", ".join(f"{axis.name} = {value}{unit_of(about[axis.name][0])}"
                               for axis, value in zip(axes[1:], others))
-            ax.errorbar(x, mean, yerr=[mean - low, high - mean], fmt="o-", markersize=4, capsize=3, label=label or None)
+            ax.errorbar(x, mean, yerr=[mean - low, high - mean], fmt="o-", markersize=4, capsize=3, clip_on=False,
+                        label=label or None)
         if len(axes) > 1 and lines:
             ax.legend()
         if all((found >= 0.0).all() for found in numbers.values()):

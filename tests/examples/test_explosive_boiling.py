@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 
 from pysph_boiling.analysis.level import level_history
+from pysph_boiling.analysis.shapes import shapes
 from pysph_boiling.examples.explosive_boiling import ExplosiveBoiling
 from pysph_boiling.files import load_output
+from pysph_boiling.results import load_run
 
 SMALL = ["--flat", "--width", "24", "--fill", "16", "--duration", "0.6", "--seed", "1"]
 
@@ -40,6 +42,19 @@ def test_bubbles_pulsate(explosion):
     lift = 9.81 * results["mass"][0] * 16 * explosion.scheme.spacing  # that lifts the pool by its own height
     assert 0.0 < abs(results["work_oscillation"][-1]) <= 0.1 * lift  # a throw at the lid would take it all
     assert fluid.work_oscillation[0] == results["work_oscillation"][-1]
+
+
+def test_mean_radius_of_the_bubbles_is_that_of_their_swollen_vapour(explosion):
+    """Against the particle files, bubble by bubble."""
+    run, plain = load_run(explosion.output_dir), []
+    for t in run.times[1:]:
+        found = shapes(run.particles(t)["fluid"], run.dim, run.record["rho0"])
+        if found:
+            radius = np.mean([np.sqrt(one.volume / np.pi) for one in found])
+            row = np.argmin(np.abs(run.results["t"] - t))
+            assert run.results["bubble_radius_mean"][row] == pytest.approx(radius, rel=1e-12)
+            plain.append(radius / np.mean([np.sqrt(one.n / np.pi) * run.spacing for one in found]))
+    assert max(plain) > 1.2  # sqrt(v_exp) once vapour has swollen
 
 
 @pytest.mark.slow  # two runs of 4,608 particles, a minute each

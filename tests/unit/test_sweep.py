@@ -132,9 +132,13 @@ def test_table_has_a_row_a_run_and_the_picture_the_mean(there, capsys, monkeypat
 def test_picture_shows_mean_and_spread_and_a_line_for_each_value_of_the_others(tmp_path, monkeypatch):
     from matplotlib.axes import Axes
 
-    drawn = []
-    monkeypatch.setattr(Axes, "errorbar", lambda self, x, y, yerr, label=None, **style: drawn.append(
-        (label, x.tolist(), y.tolist(), np.array(yerr).tolist())))
+    drawn, errorbar = [], Axes.errorbar
+
+    def seen(ax, x, y, yerr, label=None, **style):
+        drawn.append((label, x.tolist(), y.tolist(), np.array(yerr).tolist()))
+        return errorbar(ax, x, y, yerr=yerr, label=label, **style)
+
+    monkeypatch.setattr(Axes, "errorbar", seen)
     numbers = {("5", "2"): np.array([1.0, 4.0]), ("15", "2"): np.array([6.0]), ("5", "4"): np.array([9.0]),
                ("15", "4"): np.array([])}
     module.draw(tmp_path / "a.png", (Axis("--superheat", ("5", "15")), Axis("--sites", ("2", "4"))),
