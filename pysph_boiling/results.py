@@ -1,4 +1,4 @@
-"""Reading a run: its results, particles, events and settings, each with its unit.
+"""Reading a run: its results, particles, events and settings, each with its unit::
 
     run = load_run("steady_boiling_output")
     run                                  # what it is, in a few lines
