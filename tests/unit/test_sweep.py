@@ -139,11 +139,11 @@ def test_picture_shows_mean_and_spread_and_a_line_for_each_value_of_the_others(t
         return errorbar(ax, x, y, yerr=yerr, label=label, **style)
 
     monkeypatch.setattr(Axes, "errorbar", seen)
-    numbers = {("5", "2"): np.array([1.0, 4.0]), ("15", "2"): np.array([6.0]), ("5", "4"): np.array([9.0]),
+    numbers = {("5", "2"): np.array([1.0, 2.0, 6.0]), ("15", "2"): np.array([6.0]), ("5", "4"): np.array([9.0]),
                ("15", "4"): np.array([])}
     module.draw(tmp_path / "a.png", (Axis("--superheat", ("5", "15")), Axis("--sites", ("2", "4"))),
                 {"superheat": ("K", "of the base"), "sites": ("-", "sites")}, FIGURES["heat_flux"], numbers, "")
-    assert drawn == [("sites = 2", [5.0, 15.0], [2.5, 6.0], [[1.5, 0.0], [1.5, 0.0]]), ("sites = 4", [5.0], [9.0],
+    assert drawn == [("sites = 2", [5.0, 15.0], [3.0, 6.0], [[2.0, 0.0], [3.0, 0.0]]), ("sites = 4", [5.0], [9.0],
                                                                                         [[0.0], [0.0]])]
 
 
