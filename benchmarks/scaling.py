@@ -1,10 +1,12 @@
 """Threads and MPI ranks: time of a step, data exchanged, memory of a rank, and an estimate for up to 1e9 particles.
 
-    python benchmarks/scaling.py [--quick] [--memory] [--json FILE]
+    python benchmarks/scaling.py [--quick] [--memory | --ghosts] [--json FILE]
 
 The dam break (3-D) runs on one core, with threads on all cores, and with one MPI rank per core, in turn and several
-times; times are medians. For weak scaling, one core has its share of the particles alone. ``--memory`` instead starts a
-vessel of a million particles on 1, 2 and 4 ranks, and prints the largest memory of a rank. It needs ``make setup-mpi``.
+times; times are medians. For weak scaling, one core has its share of the particles alone. ``--memory`` instead starts
+and resumes a vessel of a million particles on 1, 2 and 4 ranks, and prints the largest memory of a rank. ``--ghosts``
+instead prints what each of 2 and 4 ranks sends in a step of the dam break, beside the surface of its box of water. It
+needs ``make setup-mpi``.
 
 The estimate is on paper. A step takes a fixed time + (work of a particle) x (particles of a rank) + (cost of a ghost) x
 ghosts + (collective operations) x (latency of one) x log2(ranks). The first three are fitted to the runs, the number of
@@ -28,6 +30,7 @@ import machine
 import numpy as np
 from rich.console import Console
 
+from pysph_boiling.files import last_output, part_of, read_output
 from pysph_boiling.report.options import add_report_options
 from pysph_boiling.report.terminal import show
 from pysph_boiling.runs.jobs import Job, run_job
@@ -45,10 +48,10 @@ SILENT = ("--no-pictures", "--pfreq", "100000")  # a step, not its output
 PROPERTIES = 75  # of a particle, with every effect; 8 bytes each
 
 
-def run(ranks, threads, *options, scene="dam_break"):
-    """One run in a process of its own: its ``run.json``."""
-    with tempfile.TemporaryDirectory() as folder:
-        openmp = "--openmp" if threads > 1 else "--no-openmp"
+def run(ranks, threads, *options, scene="dam_break", folder=None):
+    """One run in a process of its own: its ``run.json``. Its files stay in ``folder`` if that is given."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder, openmp = folder or temporary, "--openmp" if threads > 1 else "--no-openmp"
         run_job(Job(name=f"{ranks} ranks", environment=variables(threads), command=(
             *launcher(ranks), sys.executable, "-m", "pysph_boiling", "run", scene, *options, *SILENT, openmp, "-d",
             folder), log=Path(folder) / "log.txt")).result()
@@ -111,21 +114,54 @@ def model(refreshed, fixed, work, ghost, collectives, wait):
 
 
 def memory(console, quick):
-    """Print and return the largest memory of a rank at the start [B], on 1, 2 and 4 ranks."""
-    options = ("--width", "40", "--fill", "40", *A_MILLION[4:]) if quick else A_MILLION
-    rows = {ranks: run(ranks, 1, *options, "--max-steps", "1", "--density.settle", "0", scene="steady_boiling")
-            for ranks in (1, 2, 4)}
-    peaks = {ranks: max(row["peak_memory"]["value"]) for ranks, row in rows.items()}
-    show(console, ("ranks", "largest memory of a rank [GB]", "relative to one rank"),
-         [(str(ranks), f"{peak / 1e9:.2f}", f"{peak / peaks[1]:.2f}") for ranks, peak in peaks.items()],
-         title=f"steady_boiling, {rows[1]['particles']}")
+    """Print and return the largest memory of a rank [B], as (started, resumed), on 1, 2 and 4 ranks."""
+    options = ("--width", "60", "--fill", "60", *A_MILLION[4:]) if quick else A_MILLION
+    peaks, particles = {}, {}
+    for ranks in (1, 2, 4):
+        with tempfile.TemporaryDirectory() as folder:
+            rows = [run(ranks, 1, *options, "--density.settle", "0", *more, scene="steady_boiling", folder=folder)
+                    for more in (("--max-steps", "1"), ("--max-steps", "2", "--resume"))]
+        peaks[ranks], particles = [max(row["peak_memory"]["value"]) for row in rows], rows[0]["particles"]
+    show(console, ("ranks", "memory at the start [GB]", "of one rank's", "when resumed [GB]", "of one rank's"),
+         [(str(ranks), *(text for peak, one in zip(found, peaks[1])
+                         for text in (f"{peak / 1e9:.2f}", f"{peak / one:.2f}"))) for ranks, found in peaks.items()],
+         title=f"steady_boiling, {particles}")
     return peaks
+
+
+def ghosts(console, quick):
+    """Print and return what each rank sends in a step: a list of dicts.
+
+    ``layer`` [particles] is a layer of water as thick as the support on all faces of the box around a rank's water.
+    """
+    steps, spacing = (10, 0.04) if quick else (30, 0.02)
+    rows = []
+    for ranks in (2, 4):
+        with tempfile.TemporaryDirectory() as folder:
+            found = run(ranks, 1, *dam_break(steps, spacing), folder=folder)
+            talk, last = found["communication"], Path(last_output(folder))
+            for rank in range(ranks):
+                fluid = read_output(part_of(last, rank))[0]["fluid"]
+                sides = np.ptp([fluid.x, fluid.y, fluid.z], axis=1) / spacing + 1.0
+                a_step = {name: sent[rank] / steps for name, sent in (
+                    *talk["exported"].items(), ("copied", talk["copied"]), ("refreshed", talk["refreshed"]))}
+                layer = LAYER * (np.sum(sides)**2 - np.sum(sides**2))
+                rows.append(dict(ranks=ranks, rank=rank, own=len(fluid.x), sides=sides.tolist(), layer=layer, **a_step))
+    show(console, ("ranks", "rank", "water", "its box", "a layer on its faces", "ghosts of water", "of the layer",
+                   "ghosts of walls", "copied, kB", "refreshed, kB"),
+         [(f"{row['ranks']}", f"{row['rank']}", f"{row['own']}", " x ".join(f"{side:.0f}" for side in row["sides"]),
+           f"{row['layer']:.0f}", f"{row['fluid']:.0f}", f"{row['fluid'] / row['layer']:.2f}", f"{row['wall']:.0f}",
+           f"{row['copied'] / 1e3:.0f}", f"{row['refreshed'] / 1e3:.0f}") for row in rows],
+         title="sent by each rank in a step")
+    return rows
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     add_report_options(parser, quick="fewer particles and steps", report=None)
-    parser.add_argument("--memory", action="store_true", help="measure the memory of a rank at the start instead")
+    other = parser.add_mutually_exclusive_group()
+    other.add_argument("--memory", action="store_true", help="measure the memory of a rank instead")
+    other.add_argument("--ghosts", action="store_true", help="count what each rank sends instead")
     options = parser.parse_args()
     console, cores = Console(width=140), max(2, os.cpu_count() or 2)
     console.print(machine.load())
@@ -133,7 +169,12 @@ def main():
         peaks = memory(console, options.quick)
         if options.json:
             write_json(options.json, {"peak_memory": peaks})
-        return 0 if peaks[4] < peaks[2] < peaks[1] else 1
+        return 0 if all(four < two < one for one, two, four in zip(*(peaks[ranks] for ranks in (1, 2, 4)))) else 1
+    if options.ghosts:
+        rows = ghosts(console, options.quick)
+        if options.json:
+            write_json(options.json, {"ghosts": rows})
+        return 0 if all(row["fluid"] <= row["layer"] for row in rows) else 1
     steps, spacing, rounds = (10, 0.04, 1) if options.quick else (60, 0.02, 5)
     layouts = [(1, 1), (1, cores), (cores, 1)]
     found, shares = {layout: [] for layout in layouts}, []
@@ -149,7 +190,9 @@ def main():
     show(console, ("ranks", "threads", "ms a step", "of one core's"),
          [(str(ranks), str(threads), f"{1e3 * seconds:.1f}", f"{seconds / time[1, 1]:.2f}")
           for (ranks, threads), seconds in time.items()], title=f"dam break, {last[1, 1]['particles']}")
-    talk = last[cores, 1]["communication"]
+    talk = dict(last[cores, 1]["communication"])
+    talk.update(exported=sum(map(sum, talk["exported"].values())), copied=sum(talk["copied"]),
+                refreshed=sum(talk["refreshed"]))
     ghost, refreshed = talk["copied"] / talk["exported"], talk["refreshed"] / talk["exported"]
     searches = last[cores, 1]["timed"]["steps"]
     console.print(f"{cores} ranks: {talk['exported'] / searches:.0f} ghosts, {talk['copied'] / searches / 1e6:.2f} MB "

@@ -8,7 +8,9 @@ import os
 import re
 import struct
 import zlib
+from collections.abc import Callable
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -197,16 +199,24 @@ def last_output(folder, name=None):
     return None
 
 
-def read_output(file: str | os.PathLike) -> tuple[dict, dict]:
+def read_output(file: str | os.PathLike, share: Callable[[str, int], slice] | None = None) -> tuple[dict, dict]:
     """Read a particle file; returns (arrays by name, solver data).
+
+    ``share(name, n)`` is the slice of the ``n`` particles of an array to be read; all if not given. No others are read,
+    also of a file that joins those of several ranks.
 
     Errors: ``FileNotFoundError``; ``ValueError`` for a file that is truncated, is not HDF5, was not written by PySPH,
     or refers to other files.
     """
-    from pysph.solver.utils import load
+    from pysph.solver.output import HDFOutput
 
     check_output(file)
-    data = load(str(file))
+    reader = HDFOutput()
+    if share is not None:
+        whole_groups = reader._get_particles
+        reader._get_particles = lambda group: whole_groups(
+            {name: shared(array, partial(share, name)) for name, array in group.items()})
+    data = reader.load(str(file))
     return data["arrays"], data["solver_data"]
 
 
@@ -225,6 +235,24 @@ def output_time(file):
 
     with h5py.File(file, "r") as opened:
         return float(opened["solver_data"].attrs["t"])
+
+
+class SomeRows:
+    """Some particles of a property in an open particle file, for PySPH's reader."""
+
+    def __init__(self, data, share):
+        self.attrs, self.data = data.attrs, data
+        self.stride = int(data.attrs.get("stride", 1))
+        self.rows = share(len(data) // self.stride)
+
+    def __array__(self, dtype=None, copy=None):
+        return self.data[self.rows.start * self.stride:self.rows.stop * self.stride]
+
+
+def shared(array, share):
+    """The group of a particle array in an open file as PySPH reads it, with the particles ``share(n)`` only."""
+    return {"constants": array["constants"],
+            "arrays": {name: SomeRows(data, share) for name, data in array["arrays"].items()}}
 
 
 def check_output(file):

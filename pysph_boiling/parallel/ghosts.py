@@ -4,6 +4,9 @@ PySPH copies all properties to the ghosts at a neighbour search only. The iterat
 multipliers many times between two searches, so each group names the properties to refresh on the ghosts after it. In a
 scene without ghosts each call returns at once.
 """
+from collections import Counter
+from contextlib import contextmanager
+
 import numpy as np
 
 from pysph_boiling.device import Copies, real
@@ -14,30 +17,73 @@ POSITIONS = ("x", "y", "z")
 PLACES = ("grandparent",)  # properties that are indices into this rank's arrays, meaningless on other ranks
 
 
+class Plan:
+    """Which ``particles`` (n,) of an array are sent to which ranks ``to`` (n,), and how many come from each rank.
+
+    ``coming`` (ranks,) are the latter. One message goes to each rank, with all properties that are sent together.
+    ``tag`` tells messages of several arrays apart. What comes is in the order of the ranks.
+    """
+
+    def __init__(self, comm, tag, particles, to, coming):
+        self.comm, self.tag = comm, tag
+        order = np.argsort(to, kind="stable")
+        self.particles = particles[order]
+        self.going, self.coming = pieces(np.bincount(to, minlength=len(coming))), pieces(coming)
+        self.number = int(np.sum(coming))
+
+    def post(self, columns):
+        """Send the particles' rows of ``columns``, name -> array (n,) or (n, stride); returns a :class:`Message`."""
+        record = np.dtype([(name, values.dtype, values.shape[1:]) for name, values in columns.items()])
+        sent, come = np.empty(len(self.particles), record), np.empty(self.number, record)
+        requests = [self.comm.Irecv(come[rows].view(np.uint8), rank, self.tag) for rank, rows in self.coming]
+        for name, values in columns.items():
+            sent[name] = values[self.particles]
+        requests += [self.comm.Isend(sent[rows].view(np.uint8), rank, self.tag) for rank, rows in self.going]
+        return Message(sent, come, requests)
+
+
+class Message:
+    """What is on its way to and from other ranks: records (n,) with a field for each property."""
+
+    def __init__(self, sent, come, requests):
+        self.sent, self.come, self.requests = sent, come, requests
+
+    def wait(self):
+        """The records that have come, once all have been sent and received."""
+        for request in self.requests:
+            request.Wait()
+        return self.come
+
+
+def pieces(numbers):
+    """(rank, slice) of the rows of each rank that has any, for rows in the order of the ranks."""
+    ends = np.cumsum(numbers)
+    return [(rank, slice(ends[rank] - numbers[rank], ends[rank])) for rank in np.flatnonzero(numbers).tolist()]
+
+
 class Ghosts:
     """Stores, after each neighbour search, of which particle every ghost is the image.
 
     One layer of ghosts contains all neighbours of a rank's own particles; values computed for the originals are sent to
-    their ghosts. ``exported`` counts the particles that this rank has sent at searches, ``copied`` their bytes, and
-    ``refreshed`` the bytes of single properties sent between groups.
+    their ghosts. ``exported`` counts the particles of each array that this rank has sent at searches, ``copied`` their
+    bytes, and ``refreshed`` the bytes of single properties sent between groups.
     """
 
     def __init__(self):
         self.images = []  # (copies, shift (n, 3) [m])
-        self.exchanges = []  # (array, first ghost, index of the exported (n,), plan of the exchange)
+        self.exchanges = []  # (array, first ghost, plan of the exchange)
         self.arrays = ()
-        self.exported, self.copied, self.refreshed = 0, 0, 0
+        self.exported, self.copied, self.refreshed = Counter(), 0, 0
 
     def search_done(self, manager=None):
         """Find the images again after a neighbour search; on several ranks ``manager`` is PySPH's parallel manager."""
         self.images, self.exchanges = [], []
         if manager:
             for exchange in manager.pa_exchanges:
-                size = sum(exchange.pa.properties[name].get_npy_array().itemsize for name in exchange.lb_props)
-                self.exported += exchange.numParticleExport
-                self.copied += exchange.numParticleExport * size
+                self.exported[exchange.pa.name] += len(exchange.plan.particles)
+                self.copied += len(exchange.plan.particles) * exchange.record_size
                 if exchange.pa in self.arrays:
-                    self.exchanges.append(self.plan(exchange))
+                    self.exchanges.append((exchange.pa, exchange.num_local, exchange.plan))
             return
         for pa in self.arrays:
             n, total = real(pa), pa.get_number_of_particles()
@@ -51,31 +97,23 @@ class Ghosts:
             place = np.stack([pa.get_carray(axis).get_npy_array() for axis in POSITIONS], -1)
             self.images.append((Copies(pa, n, original), place[n:] - place[original]))
 
-    @staticmethod
-    def plan(exchange):
-        """The pattern of PySPH's last exchange of one array: which particles are sent to which rank."""
-        from pyzoltan.core.zoltan_comm import ZComm
-
-        exported = exchange.exportParticleLocalids.get_npy_array().copy()
-        plan = ZComm(exchange.comm, exchange.data_tag_remote, len(exported),
-                     exchange.exportParticleProcs.get_npy_array())
-        return exchange.pa, exchange.num_local, exported, plan
-
     def refresh(self, names):
         """Copy the properties ``names`` from the originals to their images; positions keep a periodic shift."""
-        for pa, n, exported, plan in self.exchanges:
-            columns = {name: pa.get_carray(name).get_npy_array() for name in names
-                       if name in pa.properties and name not in PLACES}
-            if columns:
-                record = np.dtype([(name, values.dtype) for name, values in columns.items()])
-                mine, theirs = np.empty(len(exported), record), np.empty(plan.nreturn, record)
-                for name, values in columns.items():
-                    mine[name] = values[exported]
-                plan.set_nbytes(record.itemsize)
-                plan.Comm_Do(mine, theirs)
-                for name, values in columns.items():
-                    values[n:] = theirs[name]
-                self.refreshed += mine.nbytes
+        with self.refreshing(names):
+            pass
+
+    @contextmanager
+    def refreshing(self, names):
+        """As :meth:`refresh`; on several ranks values are on their way during the block, which may not change them."""
+        posted = [(pa, n, plan.post(columns)) for pa, n, plan in self.exchanges if (columns := {
+            name: pa.get_carray(name).get_npy_array() for name in names
+            if name in pa.properties and name not in PLACES})]
+        yield
+        for pa, n, message in posted:
+            self.refreshed += message.sent.nbytes
+            come = message.wait()
+            for name in come.dtype.names:
+                pa.get_carray(name).get_npy_array()[n:] = come[name]
         for copies, shift in self.images:
             for name in names:
                 if name in copies.pa.properties:

@@ -1,19 +1,25 @@
 """PySPH's distribution of particles over ranks, without its loops over particles in Python.
 
 Twice per step PySPH sorts all particles of a rank into Python objects, asks Zoltan about each of them, and sends the
-particles of every array near a border. That takes several times as long as the step itself. Here NumPy sorts the
-particles into cells, only when the load is balanced; Zoltan is asked about boxes of many particles; and a rank receives
-only particles that its own particles read. Zoltan still balances the load, and PySPH still exchanges the particles.
+particles of every array near a border, one property after the other. That takes several times as long as the step
+itself. Here NumPy sorts the particles into cells, only when the load is balanced; Zoltan is asked about boxes of many
+particles; a rank receives only particles that its own particles read; and all properties travel in one message. Zoltan
+still balances the load, and PySPH still says when particles move.
 
 Import this module only where MPI is set up, since the PySPH module that it extends does not exist elsewhere.
 """
 import numpy as np
-from pysph.parallel.parallel_manager import ZoltanParallelManagerGeometric
+from pysph.base.particle_array import get_local_tag, get_remote_tag
+from pysph.parallel.parallel_manager import ParticleArrayExchange, ZoltanParallelManagerGeometric
+
+from pysph_boiling.parallel.ghosts import Plan
 
 __all__ = ["Partition"]
 
+BALANCED = 1.05  # largest load of a rank, relative to the mean, with which the domains stay as they are
 STILL = 0.01  # relative load of a particle without equations of its own, such as a wall particle
 FAR = 2**20  # largest index of a cell; particles beyond share the outermost cells
+NOBODY = np.zeros(0, int), np.zeros(0, int)  # particles to be sent, and their ranks
 FEW = 16  # number of particles up to which Zoltan is asked about each particle
 
 
@@ -28,6 +34,53 @@ def extent(points):
     return np.array([points.min(axis=1, initial=np.inf), points.max(axis=1, initial=-np.inf)])
 
 
+class ArrayExchange(ParticleArrayExchange):
+    """PySPH's exchange of one array, with all properties of a particle in one message.
+
+    ``listed`` are the particles to be sent (n,) and their ranks (n,), and ``plan`` is the :class:`Plan` of the last
+    exchange: after a neighbour search, that of the ghosts. ``record_size`` is what a particle takes in a message [B].
+    """
+
+    listed = plan = message = None
+
+    def columns(self):
+        """The properties that are sent: name -> array (n,), or (n, stride)."""
+        pa = self.pa
+        return {name: pa.properties[name].get_npy_array().reshape(-1, pa.stride[name]) if name in pa.stride else
+                pa.properties[name].get_npy_array() for name in self.lb_props}
+
+    @property
+    def record_size(self):
+        return sum(values.dtype.itemsize * values[:1].size for values in self.columns().values())
+
+    def start(self, coming):
+        """Send the listed particles; ``coming`` (ranks,) are the numbers that each rank sends to this one."""
+        self.plan = Plan(self.comm, self.pa_index, *self.listed, coming)
+        self.message = self.plan.post(self.columns())
+
+    def lb_exchange_data(self):
+        """Replace the listed particles by those that have come to stay."""
+        leaving = self.listed[0]
+        if len(leaving):
+            self.pa.remove_particles(leaving)
+        self.num_local = self.receive(self.num_local - len(leaving), get_local_tag())
+
+    def remote_exchange_data(self):
+        """Append the ghosts that have come."""
+        self.num_remote = self.receive(self.num_local, get_remote_tag()) - self.num_local
+
+    def receive(self, count, tag):
+        """Append what has come to ``count`` particles; returns how many there are then."""
+        come, self.message = self.message.wait(), None
+        if len(come):
+            self.extend(count, count + len(come))
+            for name, values in self.columns().items():
+                values[count:] = come[name]
+            self.set_tag(count, count + len(come), tag)
+            self.pa.align_particles()
+        return count + len(come)
+
+
 class Partition(ZoltanParallelManagerGeometric):
     """PySPH's parallel manager with faster methods for a step; see PySPH's documentation for the rest.
 
@@ -40,6 +93,8 @@ class Partition(ZoltanParallelManagerGeometric):
         self.placed = set()  # numbers of arrays that do not move, and have all particles in the right domain
         self.home = {}  # number of an array -> corners of a box around its particles, owned entirely by this rank
         super().__init__(*args, **options)
+        self.pa_exchanges = [ArrayExchange(number, pa, self.comm) for number, pa in enumerate(self.particles)]
+        self.update_particle_gids()
         names = [exchange.pa.name for exchange in self.pa_exchanges]
         self.moving = frozenset(moving)
         self.readers = [[names.index(dest) for dest, source in pairs if source == name] for name in names]
@@ -47,6 +102,14 @@ class Partition(ZoltanParallelManagerGeometric):
             exchange.lb_weight = 1.0 if any(dest == exchange.pa.name for dest, _ in pairs) else STILL
 
     # --- load balancing: Zoltan distributes cells ---------------------------------------------------------------------
+
+    def update_partition(self):
+        """Balance the load if it is not balanced; new domains cost as much as several exchanges."""
+        loads = self.comm.allgather(sum(exchange.lb_weight * exchange.num_local for exchange in self.pa_exchanges))
+        if self.initial_update or max(loads) > BALANCED * np.mean(loads):
+            super().update_partition()
+        else:
+            self.migrate_partition()
 
     def local_bin(self):
         """Find the cells that contain this rank's particles."""
@@ -78,7 +141,8 @@ class Partition(ZoltanParallelManagerGeometric):
         for exchange, (keys, place) in zip(self.pa_exchanges, self.binned):
             to = owner[np.searchsorted(self.cell_list, keys)][place]
             leaving = np.flatnonzero(to != self.rank)
-            self.export(exchange, leaving, to[leaving])
+            exchange.listed = leaving, to[leaving]
+        self.send()
 
     # --- every step: particles change ranks, ghosts are replaced ------------------------------------------------------
 
@@ -86,6 +150,7 @@ class Partition(ZoltanParallelManagerGeometric):
         """Send particles that have left this rank's domain to the rank whose domain they are in now."""
         for number, exchange in enumerate(self.pa_exchanges):
             if number in self.placed:
+                exchange.listed = NOBODY
                 continue
             if exchange.pa.name not in self.moving:
                 self.placed.add(number)
@@ -99,9 +164,10 @@ class Partition(ZoltanParallelManagerGeometric):
                 if np.isfinite(corners).all() and (self.among(corners) == self.rank).all():
                     self.home[number] = corners
             leaving = np.flatnonzero(owner != self.rank)
-            if self.comm.allreduce(len(leaving)):  # PySPH exchanges each property on its own
-                self.export(exchange, leaving, owner[leaving])
-                exchange.lb_exchange_data()
+            exchange.listed = leaving, owner[leaving]
+        self.send()
+        for exchange in self.pa_exchanges:
+            exchange.lb_exchange_data()
 
     def compute_remote_particles(self):
         """List the particles that other ranks read: sources within one support of the box around their destinations."""
@@ -120,8 +186,18 @@ class Partition(ZoltanParallelManagerGeometric):
                 for rank in np.flatnonzero(meet & (np.arange(self.size) != self.rank)).tolist():
                     read = np.flatnonzero(within(points, (lower[rank], upper[rank])))
                     sent[rank] = np.union1d(sent[rank], read) if rank in sent else read
-            self.export(exchange, np.concatenate(list(sent.values())),
-                        np.repeat(list(sent), [len(particles) for particles in sent.values()]))
+            exchange.listed = (np.concatenate(list(sent.values())),
+                               np.repeat(list(sent), [len(particles) for particles in sent.values()]))
+        self.send()
+
+    def send(self):
+        """Tell each rank how many particles of each array come to it, and send the listed ones of all arrays at once.
+        """
+        sent = np.stack([np.bincount(exchange.listed[1], minlength=self.size) for exchange in self.pa_exchanges], -1)
+        coming = np.empty_like(sent)
+        self.comm.Alltoall(sent, coming)
+        for number, exchange in enumerate(self.pa_exchanges):
+            exchange.start(coming[:, number])
 
     def update_local_data(self):
         """Store the number of particles."""
@@ -168,17 +244,6 @@ class Partition(ZoltanParallelManagerGeometric):
                 above = points[axis, index] > 0.5 * (lower[axis] + upper[axis])
                 parts += [index[above], index[~above]]
         return owner
-
-    @staticmethod
-    def export(exchange, particles, ranks):
-        """Set the list of an array's ``particles`` (n,) to be sent to ``ranks`` (n,)."""
-        exchange.reset_lists()
-        for listed, values in ((exchange.exportParticleLocalids, particles),
-                               (exchange.exportParticleGlobalids, exchange.pa.get("gid")[particles]),
-                               (exchange.exportParticleProcs, ranks)):
-            listed.resize(len(values))
-            listed.set_data(np.asarray(values, listed.get_npy_array().dtype))
-        exchange.numParticleExport = len(particles)
 
 
 def lattice(keys):

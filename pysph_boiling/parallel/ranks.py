@@ -11,7 +11,7 @@ import numpy as np
 
 __all__ = [
     "abort", "anywhere", "collectives", "first_given", "gather", "launched", "largest", "leave", "rank", "size",
-    "total", "union", "use", "wait",
+    "total", "totals_and_largest", "union", "use", "wait",
 ]
 
 _comm = None  # the communicator of a run on several ranks
@@ -75,6 +75,15 @@ def largest(value):
     found = np.empty_like(own)
     collective().Allreduce(own, found, op=MPI.MAX)
     return found if found.shape else found.item()
+
+
+def totals_and_largest(sums, most):
+    """The sums over the ranks of each of ``sums`` (n,), and the maximum of the number ``most``, in one operation."""
+    if _comm is None:
+        return sums, most
+    found = np.empty((size(), len(sums) + 1))
+    collective().Allgather(np.array([*sums, most], float), found)
+    return found[:, :-1].sum(axis=0).tolist(), float(found[:, -1].max())
 
 
 def anywhere(flag):

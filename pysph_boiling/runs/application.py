@@ -479,7 +479,7 @@ class SceneApplication(Application):
                 if ranks.total(pa.get_number_of_particles()) == last + 1:  # it is this rank's share already
                     shares.append(pa)
                     continue
-            shares.append(self.part(pa))
+            shares.append(rows(pa, self.share_of(pa.name, pa.get_number_of_particles())))
         return shares
 
     @property
@@ -487,11 +487,11 @@ class SceneApplication(Application):
         """(number, of): which part of the fluid this rank makes at the start, for :func:`fluid_block`."""
         return ranks.rank(), ranks.size()
 
-    def part(self, pa):
-        """This rank's share of an array."""
-        if pa.name in self.scheme.sites:
-            return rows(pa, slice(None) if ranks.rank() == 0 else slice(0))
-        return rows(pa, portion(pa.get_number_of_particles(), self.ranks_part))
+    def share_of(self, name, n):
+        """The slice of the ``n`` particles of an array, in the order of one rank, with which this rank begins."""
+        if name in self.scheme.sites:
+            return slice(0, n if ranks.rank() == 0 else 0)
+        return portion(n, self.ranks_part)
 
     def setup(self, argv=None):
         if argv is not None:
@@ -812,6 +812,14 @@ class SceneApplication(Application):
                 "effects": {slot: {"class": type(effect).__name__, **with_units(effect)}
                             for slot, effect in scheme.effects.items()}}
 
+    def communication(self):
+        """What each rank has sent so far, for ``run.json``: ghosts by array, and bytes to make and to refresh them."""
+        ghosts = self.scheme.ghosts
+        exported = [ghosts.exported[pa.name] for pa in self.particles]
+        sent = ranks.gather(np.array([[*exported, ghosts.copied, ghosts.refreshed]]))[0].T.tolist()
+        return {"unit": "particles, B, B, -", "exported": {pa.name: n for pa, n in zip(self.particles, sent)},
+                "copied": sent[-2], "refreshed": sent[-1], "collectives": ranks.collectives()}
+
     def recorded_parameters(self):
         """Parameters for ``run.json``.
 
@@ -865,9 +873,7 @@ class SceneApplication(Application):
             "precision": "double" if double_precision(options) else "single",
             "threads": get_number_of_threads() if backend == "openmp" else 1,
             "ranks": self.num_procs,
-            "communication": {"unit": "particles, B, B, -", **{name: int(ranks.total(getattr(scheme.ghosts, name)))
-                                                               for name in ("exported", "copied", "refreshed")},
-                              "collectives": ranks.collectives()},
+            "communication": self.communication(),
             "peak_memory": {"unit": "B", "value": ranks.gather(np.array([peak_memory()]))[0].tolist()},
             "seed": self.parameters.seed,
             "mode": options.mode,

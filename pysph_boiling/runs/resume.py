@@ -156,7 +156,7 @@ class Resumed:
     def __init__(self, file, application, arrays):
         self.folder = Path(file).parent
         self.record = run_record(self.folder)
-        found, solver_data = read_output(file)
+        found, solver_data = read_output(file, application.share_of if application.num_procs > 1 else None)
         self.t, self.count = float(solver_data["t"]), int(solver_data["count"])
         try:
             new = compare(application, self.record, self.t)
@@ -171,7 +171,6 @@ class Resumed:
             stored = found.get(pa.name)
             if stored is not None:
                 use_new_names(stored)
-                stored = application.part(stored) if application.num_procs > 1 else stored
             lacks = ["all properties"] if stored is None else [
                 *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
                 *sorted(set(pa.constants) - set(stored.constants))]

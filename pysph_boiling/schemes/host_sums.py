@@ -123,19 +123,19 @@ class Sweeps(Run):
         self.start(pa, dt).multipliers(0.0)
 
     def __call__(self, pa, dt):
-        sweeps, lmbda, refresh = self.start(pa, dt), self.lmbda, self.scheme.ghosts.refresh
+        sweeps, lmbda, ghosts = self.start(pa, dt), self.lmbda, self.scheme.ghosts
         n = max(ranks.total(float(pa.get_number_of_particles(True))), 1.0)
         done, last = 0, False
         while done < self.least or (done < self.most and not last):
-            total, left, worst = sweeps.multipliers(1.0 - pa.prior[0])
-            last = book_sweep(pa, ranks.total(total) / n, ranks.largest(worst), ranks.total(left) / n, lmbda.tolerance,
-                              lmbda.enough, lmbda.max_mean_error)
-            refresh(("lmbda",))
+            errors = sweeps.multipliers(1.0 - pa.prior[0])
+            with ghosts.refreshing(("lmbda",)):
+                (total, left), worst = ranks.totals_and_largest(errors[:2], errors[2])
+                last = book_sweep(pa, total / n, worst, left / n, lmbda.tolerance, lmbda.enough, lmbda.max_mean_error)
             if self.extrapolates:
                 sweeps.wall_multipliers(self.scheme.wall_arrays)
-                refresh(("wall_lmbda",))
+                ghosts.refresh(("wall_lmbda",))
             sweeps.move(pa.prior[0], pa.prior[1], pa.sweep_weight[0] if self.accelerated else 1.0)
-            refresh(("x", "y", "z"))
+            ghosts.refresh(("x", "y", "z"))
             if self.accelerated:
                 self.move.reduce(pa, 0.0, 0.0)
             done += 1

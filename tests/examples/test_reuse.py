@@ -12,7 +12,8 @@ from pysph_boiling.files import last_output, read_output
 from pysph_boiling.phases import Phase
 from pysph_boiling.results import load_results, load_run
 
-HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_edac": "EDACScheme", "reuse_iisph": "IISPHScheme"}
+HOSTS = {"reuse_wcsph": "WCSPHScheme", "reuse_edac": "EDACScheme", "reuse_tvf": "TVFScheme",
+         "reuse_iisph": "IISPHScheme"}
 
 
 def small(name, folder, monkeypatch, *options, tf=0.3):

@@ -86,7 +86,8 @@ class Log(Tool):
             "migrated": sum(owner[uid] != rank for uid, rank in self.owner.items() if uid in owner),
             "bubble_ranks": max(spans, default=0), "bursts_across": int(across),
             "particles": np.bincount(columns["rank"], minlength=ranks.size()).tolist(),
-            "vapour": np.bincount(columns["rank"][vapour], minlength=ranks.size()).tolist()})
+            "vapour": np.bincount(columns["rank"][vapour], minlength=ranks.size()).tolist(),
+            "search": type(solver.nnps).__name__, "sums": type(self.application.scheme.reductions).__name__})
         self.owner, self.fired = owner, fired
         if ranks.rank() == 0:
             Path(self.application.output_dir, "ranks.json").write_text(json.dumps(self.rows))

@@ -21,6 +21,7 @@ from pysph_boiling.results import load_results
 
 SCENE = Path(__file__).with_name("scene.py")
 STEPS = 40
+SIZE_OF_WIDE = 96, 12  # of the water of the case "wide" in scene.py, in spacings
 EVENTS = ("n_burst", "n_fired", "n_condensed", "n_nucleated", "n_vented", "n_bubbles_vented", "n_refilled", "n_bubbles",
           "n_single_bubbles", "n_vapour", "n_superheated", "n_pushed", "n_limited", "sweeps", "heat_subcycles",
           "substeps")
@@ -57,6 +58,7 @@ def launch(ranks, *command, timeout=900):  # s: waiting for each other for ever 
     if launcher and os.geteuid() == 0:
         launcher.append("--allow-run-as-root")
     environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1",
+                   "OMPI_MCA_mpi_yield_when_idle": "1",  # waiting ranks leave a busy processor to working ones
                    "PYTHONPATH": str(SCENE.parents[2])}
     return subprocess.run([*launcher, sys.executable, *command], env=environment, capture_output=True, text=True,
                           check=False, timeout=timeout)
@@ -193,6 +195,22 @@ def test_each_rank_writes_its_own_particles(runs):
         np.testing.assert_array_equal(np.concatenate([fluid.uid for fluid in fluids]), whole.uid)
         assert file.stat().st_size < sum(part.stat().st_size for part in parts)
     assert Manifest(several.folder).known >= {path.name for path in several.folder.glob("*.h5")}
+
+
+def test_our_search_and_the_lean_sums_run_on_ranks(runs):
+    row = runs("wide", 2, STEPS).log[-1]
+    assert row["search"] == "SortedCellNNPS" and row["sums"] == "CompiledReductions"  # the sums' own, in C
+
+
+@pytest.mark.parametrize("ranks", (2, 4))
+def test_ranks_send_the_layers_at_their_borders(runs, ranks):
+    """In a step, a rank sends the water of two layers at most, one support thick; the domains lie side by side."""
+    several = runs("wide", ranks, STEPS)
+    sent = json.loads((several.folder / "run.json").read_text())["communication"]
+    assert len(sent["copied"]) == len(sent["refreshed"]) == ranks and min(sent["refreshed"]) > 0
+    layer = 2.4 * SIZE_OF_WIDE[1]
+    for number in sent["exported"]["fluid"]:
+        assert 0.5 * layer <= number / STEPS <= 2.0 * 1.5 * layer  # a half more: the support is not a whole number
 
 
 def test_each_rank_makes_its_own_share_at_the_start(runs):

@@ -227,6 +227,29 @@ def test_pysph_reads_a_file_that_joins_those_of_the_ranks(joined, tmp_path, monk
     assert output_files(tmp_path, "run") == [str(path)] and step_of(parts[2]) == 10
 
 
+@pytest.mark.parametrize("rows", [slice(0, 50), slice(100, 150), slice(150, 200), slice(0, 0)])
+def test_a_rank_that_resumes_reads_its_share_only(joined, rows, monkeypatch):
+    path, _, (fluid, sites) = joined
+    read, get = [], h5py.Dataset.__getitem__
+
+    def counted(data, which):
+        values = get(data, which)
+        read.append(np.size(values))
+        return values
+
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", counted)
+    monkeypatch.setattr(h5py.Dataset, "__array__", lambda data, *_, **__: counted(data, slice(None)))
+    arrays, _ = read_output(path, lambda name, n: rows if name == "fluid" else slice(0, n))
+    assert max(read) == max(3 * (rows.stop - rows.start), 4)  # a property of three numbers; a constant of four
+    for name in fluid.output_property_arrays:
+        stride = fluid.stride.get(name, 1)
+        of_share = fluid.get(name)[stride * rows.start:stride * rows.stop]
+        np.testing.assert_array_equal(arrays["fluid"].get(name), of_share)
+    assert arrays["fluid"].get_number_of_particles() == rows.stop - rows.start
+    assert arrays["fluid"].constants["weights"].get_npy_array().tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert arrays["sites"].get_number_of_particles() == sites.get_number_of_particles()
+
+
 def test_a_part_that_is_missing_or_cut_off_is_noticed(joined):
     """HDF5 itself would read zeros."""
     path, parts, _ = joined
