@@ -608,10 +608,12 @@ class SceneApplication(Application):
         if self.options.disable_output and self.num_procs == 1:
             with on_host(self.particles):
                 self.measurements[self.solver.t] = self.measure({pa.name: pa for pa in self.particles}, self.solver.t)
-        record = self.run_record(completed)
-        if ranks.rank() == 0 and not self.options.disable_output:
+        writes = ranks.rank() == 0 and not self.options.disable_output
+        if writes:  # before the record, which waits for all ranks: the others write their files after it
             file = Path(f"{self.fname}_{self.solver.count:05d}.hdf5")
             self.manifest.claim(file, *(part_of(file, rank) for rank in range(ranks.size()) if ranks.size() > 1))
+        record = self.run_record(completed)
+        if writes:
             self.ledger.save()
             write_json(Path(self.output_dir) / "run.json", record)
 
