@@ -16,9 +16,13 @@ Example: a block of water in an open box in 2-D, heated in the middle of its flo
 >>> round(float(water.m.sum()), 6)  # kg per metre of depth: 0.1 m x 0.05 m x 958 kg/m^3
 4.79
 """
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+from pysph.base.particle_array import ParticleArray
 from pysph.base.utils import get_particle_array
 from scipy.interpolate import CubicSpline as Spline
 from scipy.spatial import cKDTree
@@ -42,19 +46,19 @@ KERNEL_NODES = 3001  # of the spline through a kernel; those with knots at multi
 NO_BUBBLE = 4294967295  # largest uint32: label of a particle that belongs to no bubble; no uid reaches it
 
 
-def host(pa, name):
+def host(pa: ParticleArray, name: str) -> np.ndarray:
     """A property of the real particles of one array, (n,), on the host."""
     if pa.gpu is not None:
         pa.gpu.pull(name)
     return pa.get(name, only_real_particles=True)
 
 
-def positions(pa):
+def positions(pa: ParticleArray) -> np.ndarray:
     """Positions (n, 3) [m] of the particles of an array."""
     return np.stack([pa.x, pa.y, pa.z], -1)
 
 
-def fill(pa, name, value):
+def fill(pa: ParticleArray, name: str, value: ArrayLike) -> None:
     """Set a property of all particles of one array to a number, on the host and on the device if there is one."""
     pa.get(name, only_real_particles=False)[:] = value  # on a device the host may not know yet which particles are real
     if pa.gpu is not None:
@@ -78,7 +82,7 @@ class Property:
     cumulative: bool = False
 
 
-def vector(names, unit, meaning, state=False):
+def vector(names: str, unit: str, meaning: str, state: bool = False) -> tuple[Property, ...]:
     """The :class:`Property` of each component of a vector; ``names`` are separated by spaces."""
     return tuple(Property(name, unit, meaning, state=state) for name in names.split())
 
@@ -104,7 +108,7 @@ WALL_PROPERTIES = (
 PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every array
 
 
-def add_properties(pa, properties):
+def add_properties(pa: ParticleArray, properties: Iterable[Property]) -> None:
     """Add each :class:`Property` that ``pa`` lacks; those with ``state`` also become output properties.
 
     The array gets its own list of output properties, because PySPH's schemes share one list among several arrays.
@@ -124,14 +128,14 @@ def number(pa):
         pa.uid[:] = np.arange(len(pa.uid), dtype=np.uint32)
 
 
-def portion(n, part):
+def portion(n: int, part: tuple[int, int]) -> slice:
     """The slice of ``n`` rows that is the k-th of ``part`` = (k, number) portions, in order and all of about one size.
     """
     k, number = part
     return slice(n * k // number, n * (k + 1) // number)
 
 
-def rows(pa, which):
+def rows(pa: ParticleArray, which: slice) -> ParticleArray:
     """A new array with the particles of ``pa`` in the slice ``which``, in the same order, and its constants."""
     made = pa.extract_particles(np.arange(pa.get_number_of_particles())[which])
     made.set_output_arrays(pa.output_property_arrays)
@@ -158,7 +162,8 @@ def _host_array(**values):
     return pa
 
 
-def fluid_array(points, *, spacing, dim, rho0, hdx=1.2, name="fluid"):
+def fluid_array(points: ArrayLike, *, spacing: float, dim: int, rho0: float, hdx: float = 1.2,
+                name: str = "fluid") -> ParticleArray:
     """A fluid array of equal particles at given positions.
 
     ``points`` (n, 3) [m] are the positions and ``spacing`` [m] their distance. The mass of each particle is
@@ -180,8 +185,10 @@ def _fluid(points, first, *, spacing, dim, rho0, hdx, name):
     return pa
 
 
-def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitter=0.0, seed=0, inside=None,
-                part=(0, 1)):
+def fluid_block(lower: Sequence[float], upper: Sequence[float], *, spacing: float, dim: int, rho0: float,
+                hdx: float = 1.2, name: str = "fluid", jitter: float = 0.0, seed: int = 0,
+                inside: Callable[[np.ndarray], np.ndarray] | None = None,
+                part: tuple[int, int] = (0, 1)) -> ParticleArray:
     """A fluid array on a cubic lattice that fills the box ``lower`` .. ``upper`` [m] (in 2-D only x and y count).
 
     ``jitter`` is the amplitude of a uniform random displacement, in spacings, drawn from ``seed``. If given,
@@ -206,7 +213,7 @@ def fluid_block(lower, upper, *, spacing, dim, rho0, hdx=1.2, name="fluid", jitt
         len(lattice(at, min(at + CHUNK, here.start))) for at in range(0, here.start, CHUNK))
     if jitter:
         random = np.random.default_rng(seed)
-        random.bit_generator.advance(before * dim)  # one number each
+        random.bit_generator.advance(before * dim)  # type: ignore[attr-defined]  # one number each
         points[:, :dim] += jitter * spacing * random.uniform(-1.0, 1.0, (len(points), dim))
     if part[1] == 1:
         _check_points(name, points, spacing)
@@ -233,7 +240,7 @@ def lattice_kernel(kernel, *, dim, hdx):
     return places, values, gradients
 
 
-def lattice_density(kernel, *, dim, hdx):
+def lattice_density(kernel: Any, *, dim: int, hdx: float) -> tuple[float, float]:
     """Sums over the infinite cubic lattice of unit spacing: ``sum V W`` [-] and ``sum V^2 |grad W|^2`` [1/spacing^2].
 
     The first is the summed density of the rest lattice in units of the rest density; the second scales the relaxation
@@ -257,7 +264,7 @@ def lattice_stiffness(kernel, *, dim, hdx, waves=21):
     return float(np.max(np.sum(sums**2, axis=1)) / np.sum(gradients**2))
 
 
-def akinci_volume(points, kernel, *, h, dim, domain=None):
+def akinci_volume(points: ArrayLike, kernel: Any, *, h: float, dim: int, domain: Any = None) -> np.ndarray:
     """Volumes 1 / sum_k W_bk [m^dim] of boundary particles (Akinci et al. 2012, eq. 4), shape (n,).
 
     The sum runs over the boundary particles only, including the particle itself. In a periodic domain, given as its
@@ -283,8 +290,9 @@ def akinci_volume(points, kernel, *, h, dim, domain=None):
     return 1.0 / total
 
 
-def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heated=None, T_heater=None, domain=None,
-               jitter=0.0, seed=0):
+def wall_array(points: ArrayLike, *, spacing: float, dim: int, rho0: float, kernel: Any, hdx: float = 1.2,
+               name: str = "wall", heated: ArrayLike | None = None, T_heater: float | None = None, domain: Any = None,
+               jitter: float = 0.0, seed: int = 0) -> ParticleArray:
     """An array of boundary particles with Akinci volumes; the mass of each is rho0 times its volume.
 
     In hydrostatic columns over two layers of wall particles, the first layer of fluid settles 0.46 (2-D) and 0.50
@@ -328,7 +336,7 @@ def wall_array(points, *, spacing, dim, rho0, kernel, hdx=1.2, name="wall", heat
     return pa
 
 
-def weigh_walls(walls, *, kernel, dim, domain=None):
+def weigh_walls(walls: Sequence[ParticleArray], *, kernel: Any, dim: int, domain: Any = None) -> None:
     """Correct the masses of wall arrays for each other, and for a periodic ``domain`` (a ``DomainManager``).
 
     :func:`wall_array` sums volumes over one array only, so they are too large where two arrays meet, or at the border
@@ -355,7 +363,7 @@ def weigh_walls(walls, *, kernel, dim, domain=None):
         pa.get("m", only_real_particles=True)[:] = values
 
 
-def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
+def check_heaters(name: str, heated: ArrayLike, T_heater: ArrayLike = 0.0, T_crit: float = np.inf) -> None:
     """Check ``heated`` (n,) and ``T_heater`` [K], a number or (n,), of the wall array ``name``.
 
     ``T_crit`` [K] is the critical temperature of the fluid. Errors: ``ValueError`` that names the first bad particle.
@@ -372,8 +380,9 @@ def check_heaters(name, heated, T_heater=0.0, T_crit=np.inf):
             raise ValueError(f"{prop} of wall particle {worst} of '{name}' {must}, got {np.ravel(values)[worst]:g}")
 
 
-def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall",
-               jitter=0.0, seed=0):
+def box_vessel(lower: Sequence[float], upper: Sequence[float], *, spacing: float, dim: int, rho0: float, kernel: Any,
+               hdx: float = 1.2, layers: int = 2, heated_fraction: float = 0.0, name: str = "wall", jitter: float = 0.0,
+               seed: int = 0) -> ParticleArray:
     """Walls of an open box around ``lower`` .. ``upper`` [m]: a floor and sides, but no top.
 
     The middle of the floor's first layer, ``heated_fraction`` of its width, is a heater. With ``jitter`` the walls are
@@ -398,8 +407,9 @@ def box_vessel(lower, upper, *, spacing, dim, rho0, kernel, hdx=1.2, layers=2, h
                       kernel=kernel, hdx=hdx, name=name)
 
 
-def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2, heated_fraction=0.0, name="wall",
-                    jitter=0.0, seed=0):
+def cylinder_vessel(radius: float, height: float, *, spacing: float, rho0: float, kernel: Any, hdx: float = 1.2,
+                    layers: int = 2, heated_fraction: float = 0.0, name: str = "wall", jitter: float = 0.0,
+                    seed: int = 0) -> ParticleArray:
     """Walls of an upright open cylinder (3-D) of ``radius`` and ``height`` [m]: the axis is z, the floor at z = 0.
 
     The middle of the floor's first layer, ``heated_fraction`` of its diameter, is a heater. ``jitter`` and ``seed`` are
@@ -424,7 +434,8 @@ def cylinder_vessel(radius, height, *, spacing, rho0, kernel, hdx=1.2, layers=2,
                       kernel=kernel, hdx=hdx, name=name)
 
 
-def sites_on_base(count, *, lower, upper, dim, pattern="regular", seed=0):
+def sites_on_base(count: int, *, lower: Sequence[float], upper: Sequence[float], dim: int, pattern: str = "regular",
+                  seed: int = 0) -> np.ndarray:
     """Positions (count, 3) [m] of preset nucleation sites on the floor of the box ``lower`` .. ``upper`` [m].
 
     ``pattern="regular"`` spaces them evenly (in 3-D on the rows of a near-square grid). ``"random"`` draws them one
@@ -454,7 +465,7 @@ def in_order(places):
     return places[np.lexsort(places.T[::-1])]
 
 
-def sites_on_disc(count, *, radius, pattern="regular", seed=0):
+def sites_on_disc(count: int, *, radius: float, pattern: str = "regular", seed: int = 0) -> np.ndarray:
     """Positions (count, 3) [m] of preset nucleation sites on a round floor of ``radius`` [m] about the origin (3-D).
 
     ``pattern="regular"`` puts them on a sunflower spiral, each on an equal part of the area (Vogel 1979); ``"random"``
@@ -499,7 +510,8 @@ def _random_places(count, lower, upper, seed, inside=None):
                     return places
 
 
-def site_array(points, *, reach, spacing, activation=0.0, radius_scale=2.0, name="sites"):
+def site_array(points: ArrayLike, *, reach: float, spacing: float, activation: ArrayLike = 0.0,
+               radius_scale: float = 2.0, name: str = "sites") -> ParticleArray:
     """An array of preset nucleation sites at ``points`` (n, 3) [m]; ``reach`` [m] is the largest radius of action.
 
     ``activation`` [K], a number or (n,), is the activation superheat: a site acts on liquid that is at least this much

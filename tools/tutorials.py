@@ -29,7 +29,7 @@ def blocks(path):
 
 
 def follow(path, folder):
-    """Do in ``folder`` what a tutorial says; raises ``CalledProcessError`` if a block fails."""
+    """Do in ``folder`` what a tutorial says, and yield after each block; ``CalledProcessError`` if one fails."""
     folder.mkdir(parents=True, exist_ok=True)
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "MPLBACKEND": "Agg"}
     for language, text, file in blocks(path):
@@ -38,17 +38,20 @@ def follow(path, folder):
         else:
             program = {"sh": ["bash", "-e", "-c"], "python": [sys.executable, "-c"]}[language]
             subprocess.run([*program, text], cwd=folder, env=environment, check=True)
+        yield
 
 
 def main():
     from PIL import Image
 
     for name in sys.argv[1:] or sorted(path.stem for path in TUTORIALS.glob("*.md")):
-        follow(TUTORIALS / f"{name}.md", WORK / name)
-        if name in PICTURES:
-            picture = Image.open(WORK / name / PICTURES[name]).convert("RGB")
-            picture.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
-            picture.save(OUT / Path(name).with_suffix(".webp"), quality=80, method=6)
+        drawn, taken = WORK / name / PICTURES[name], False
+        drawn.unlink(missing_ok=True)
+        for _ in follow(TUTORIALS / f"{name}.md", WORK / name):
+            if drawn.exists() and not taken:  # at once, since a later block may draw over it
+                picture, taken = Image.open(drawn).convert("RGB"), True
+                picture.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
+                picture.save(OUT / f"{name}.webp", quality=80, method=6)
 
 
 if __name__ == "__main__":

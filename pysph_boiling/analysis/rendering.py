@@ -1,9 +1,13 @@
 """Pictures of particles: one moment, all frames of a run, or a contact sheet of frames; and files for ParaView.
 """
+import os
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+from pysph.base.particle_array import ParticleArray
 
 from pysph_boiling.analysis.drawing import (
     BUBBLE_COLOURS,
@@ -50,8 +54,10 @@ LONGEST = 6.0  # [inch] longer side of the picture without its margins
 MARGINS = SimpleNamespace(left=0.75, right=1.65, bottom=0.55, top=0.45)  # [inch]
 
 
-def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y", view="slice", title=None,
-               bounds=None, limits=None):
+def draw_scene(arrays: dict[str, ParticleArray], path: str | os.PathLike, *, dim: int, spacing: float,
+               t: float | None = None, colour: str | None = None, slice_axis: str = "y", view: str = "slice",
+               title: str | None = None, bounds: np.ndarray | None = None,
+               limits: tuple[float, float] | None = None) -> Path:
     """Draw the particles of one moment to a PNG file; returns its path.
 
     Particles are discs with a diameter of ``spacing``. In 2-D every particle is drawn. In 3-D ``view="slice"`` shows
@@ -113,8 +119,9 @@ def draw_scene(arrays, path, *, dim, spacing, t=None, colour=None, slice_axis="y
     return Path(path)
 
 
-def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_axis="y", size=(1280, 960),
-               camera="corner", track=iter):
+def render_run(output_dir: str | os.PathLike, *, colour: str | None = None, view: str | None = None, every: int = 1,
+               out: str | os.PathLike | None = None, slice_axis: str = "y", size: tuple[int, int] = (1280, 960),
+               camera: str = "corner", track: Callable[[Any], Iterable] = iter) -> list[Path]:
     """Draw a run's output files as ``frame_00000.png``, ``frame_00001.png``, ...; returns their paths.
 
     ``output_dir`` holds the HDF5 files of a PySPH run. ``dim``, ``spacing`` [m] and ``scene`` are read from its
@@ -156,7 +163,8 @@ def render_run(output_dir, *, colour=None, view=None, every=1, out=None, slice_a
     return paths
 
 
-def write_paraview(output_dir, *, every=1, out=None, track=iter):
+def write_paraview(output_dir: str | os.PathLike, *, every: int = 1, out: str | os.PathLike | None = None,
+                   track: Callable[[Any], Iterable] = iter) -> list[Path]:
     """Write a run for ParaView with PySPH's ``dump_vtk``; returns the paths of the collections to open, one per array.
 
     Every array of every ``every``-th output is written as a ``.vtu`` file to ``out`` (default
@@ -192,7 +200,8 @@ def write_paraview(output_dir, *, every=1, out=None, track=iter):
     return [folder / f"{name}.pvd" for name in entries]
 
 
-def contact_sheet(paths, path, columns=3, count=9, width=2400):
+def contact_sheet(paths: Sequence, path: str | os.PathLike, columns: int = 3, count: int = 9,
+                  width: int = 2400) -> Path:
     """Write one PNG of at most ``count`` of the pictures ``paths``, evenly chosen, including the first and the last.
 
     Rows are filled from left to right. Pictures are scaled down so that the sheet is at most about ``width`` pixels

@@ -4,11 +4,13 @@ pysplashsurf reconstructs the surfaces as smoothed level sets of the particles' 
 light through them (:mod:`pysph_boiling.analysis.tracing`). Neither a display nor OpenGL is needed.
 """
 import ctypes
+import os
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from pysph.base.particle_array import ParticleArray
 from scipy.spatial import cKDTree
 
 from pysph_boiling.analysis.drawing import (
@@ -56,7 +58,7 @@ CONTRAST = 0.04  # pixels that differ by more from their neighbours get SAMPLES 
 SAMPLES = np.array([[-0.375, -0.125], [0.125, -0.375], [0.375, 0.125], [-0.125, 0.375]])  # [pixel] from the middle
 
 
-def camera_angles(camera):
+def camera_angles(camera: str) -> tuple[float, float, float]:
     """(azimuth, elevation, zoom) of a camera: one of :data:`CAMERAS`, or "AZIMUTH,ELEVATION[,ZOOM]" in degrees.
 
     An azimuth of -90 looks along y; at an elevation of 90 the eye is above the vessel. A zoom of 2 shows the middle
@@ -100,8 +102,9 @@ def surface_missing():
     return ""
 
 
-def draw_surface(arrays, path, *, dim, spacing, t=None, title=None, bounds=None, colour=None, size=(1280, 960),
-                 camera="corner"):
+def draw_surface(arrays: dict[str, ParticleArray], path: str | os.PathLike, *, dim: int, spacing: float,
+                 t: float | None = None, title: str | None = None, bounds: np.ndarray | None = None,
+                 colour: str | None = None, size: tuple[int, int] = (1280, 960), camera: str = "corner") -> Path:
     """Render the state of one moment to a PNG file; returns its path.
 
     Parameters

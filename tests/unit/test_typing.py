@@ -12,7 +12,7 @@ from pysph_boiling.schemes.effects import Effect
 ROOT = Path(__file__).parents[2]
 API = re.findall(r"^   (pysph_boiling\.[\w.]+)$", (ROOT / "docs/api.md").read_text(encoding="utf-8"), re.M)
 # PySPH translates equations, which have no annotations; the others are still without them.
-WITHOUT = ("equations.", "particles", "runs.application", "analysis.rendering", "analysis.surface")
+WITHOUT = ("equations.", "runs.application")
 PUBLIC = [name for name in API if not name.removeprefix("pysph_boiling.").startswith(WITHOUT)]
 
 
