@@ -36,8 +36,8 @@ SCENES = {  # scene and options; in 3-D unless flat
 }
 WITH_VAPOUR = {"bubble_merge", "bubble_rise", "bubble_split", "explosive_boiling", "rayleigh_plesset"}  # at once
 ROUND_OFF = 1e-9  # spacings after STEPS steps, measured 4e-11: sums in another order, and 40 steps in which it grows
-# Spacings after 100 steps, where round-off grows to more: measured 1.15e-9 on four ranks. No step adds it at once, as far
-# as was looked at: 6e-14 after 4 steps, 1e-12 after 36. On one rank with particles in another order in memory it is
+# Spacings after 100 steps, where round-off grows to more: measured 1.15e-9 on four ranks. No step adds it at once, so
+# far as was looked at: 6e-14 after 4 steps, 1e-12 after 36. On one rank with particles in another order it is
 # 7e-15 after 12 steps, 5e-11 after 100, and grows tenfold in 18 steps at the end.
 GROWN = {"bubble_merge": 2e-9}
 A_MINUTE = 60.0
