@@ -1,5 +1,4 @@
 """The command ``pysph-boiling``: list and run the example scenes."""
-import importlib
 import os
 import sys
 import time
@@ -8,7 +7,7 @@ import warnings
 from functools import partial
 
 from pysph_boiling.checks import CheckFailed
-from pysph_boiling.examples import scene_class, scenes
+from pysph_boiling.examples import picture_of, said_of, scene_class, scenes
 from pysph_boiling.names import Parser, as_typed, nearest
 from pysph_boiling.threads import wait_briefly
 
@@ -26,16 +25,21 @@ def openmp_arguments(arguments, ranks=1):
 
 
 def list_scenes(arguments):
-    """Print the name of every scene and the first paragraph of its module's docstring."""
+    """Print of every scene what it shows, how large it is, about how long it takes, and the path of its picture."""
     from rich.console import Console
     from rich.table import Table
 
     Parser(prog="pysph-boiling list", description="List the scenes.").parse_args(arguments)
-    table = Table("scene", "what it shows")
+    table, pictures = Table("scene", "what it shows, how long it takes, and its picture", show_lines=True), False
     for name in scenes():
-        module = importlib.import_module(f"pysph_boiling.examples.{name}")
-        table.add_row(name, " ".join((module.__doc__ or "").split("\n\n")[0].split()))
-    Console().print(table)
+        picture = picture_of(name)
+        pictures = pictures or picture is not None
+        table.add_row(name, "\n".join([*said_of(name), *([os.path.relpath(picture)] if picture else [])]))
+    console = Console()
+    console.print(table)
+    console.print("Times are estimates for two cores; machines and boils differ by up to a factor of three.")
+    if not pictures:
+        console.print("Pictures of the scenes are in the folder docs/pictures of the repository.")
 
 
 def render(arguments):

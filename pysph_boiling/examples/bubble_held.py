@@ -3,7 +3,8 @@
 Equations   those of bubble_rise; buoyancy balances the bubble's weight (eq. 19; k_bubble = 0 here).
 Source      the oscillation constraint of "Physically Based Boiling Simulation with Thermally Driven Dynamic
             Nucleation", section 4.3; its constants are varied for Table 3.
-Run time    a minute on one core (3-D, 2,880 particles), seconds with ``--flat``; the first run also compiles for 70 s.
+Run time    about 9 s on two cores (3-D, 2,880 particles, 720 steps for 1 s); less with ``--flat``. The first run also
+            compiles.
 Command     pysph-boiling run bubble_held
 """
 from dataclasses import dataclass

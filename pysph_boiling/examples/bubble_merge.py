@@ -4,7 +4,8 @@ Equations   those of ``bubble_rise``. Bubbles are the connected components of va
             together by surface tension (4.2.1). A larger bubble has less surface per volume, so drag slows it less.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 8; Fig. 11 with
             ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
-Run time    about 3 minutes on one core (3-D, 20,328 particles); ``--demo`` about 1 minute, ``--flat`` seconds.
+Run time    about 30 s on two cores (3-D, 20,328 particles, 432 steps for 0.6 s); less with ``--demo`` or ``--flat``.
+            The first run also compiles.
 Command     pysph-boiling run bubble_merge
 """
 from dataclasses import dataclass

@@ -10,7 +10,8 @@ The oscillation constraint is left out: it pulls a bubble towards its mean radiu
 Equations   those of ``bubble_split`` without the oscillation constraint; in 3-D the Stokes stream function of the
             vortex is S r^2/2 exp(-(r^2 + (z - z0)^2)/(2 a^2)), so that S is the speed of the jet on the axis.
 Source      a bubble that a micro-jet pierces is an open problem of the paper.
-Run time    about 2 minutes on one core (3-D, 36,000 particles); ``--demo`` a minute, ``--flat`` seconds.
+Run time    about 20 s on two cores (3-D, 36,000 particles, 216 steps for 0.3 s); less with ``--demo`` or ``--flat``.
+            The first run also compiles.
 Command     pysph-boiling run bubble_ring
 """
 from dataclasses import dataclass

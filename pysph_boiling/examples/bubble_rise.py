@@ -5,8 +5,8 @@ Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), ph
             (4.2.1), oscillation (4.3, in the form with a period); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 7; Fig. 10 with
             ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
-Run time    about 5 minutes on one core (3-D, 20,328 particles); ``--demo`` about 1 minute, ``--flat`` seconds; and once
-            70 s to compile.
+Run time    about 40 s on two cores (3-D, 20,328 particles, 648 steps for 0.9 s); less with ``--demo`` or ``--flat``.
+            The first run also compiles.
 Command     pysph-boiling run bubble_rise
 """
 from dataclasses import dataclass

@@ -11,7 +11,8 @@ radius and so resists splitting.
 Equations   those of ``bubble_rise``; the stream function of the eddies is S x exp(-(x^2 + (z - z0)^2)/(2 a^2)).
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 9; Fig. 12 with
             ``--no-dynamic-nucleation``, and ``--no-oscillation`` for the other half of the ablation.
-Run time    about 2 minutes on one core (3-D, 20,328 particles); ``--demo`` a minute, ``--flat`` seconds.
+Run time    about 15 s on two cores (3-D, 20,328 particles, 252 steps for 0.35 s); less with ``--demo`` or ``--flat``.
+            The first run also compiles.
 Command     pysph-boiling run bubble_split
 """
 from dataclasses import dataclass

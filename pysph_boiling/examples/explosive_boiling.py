@@ -5,8 +5,8 @@ Equations   those of steady_boiling without preset sites and heater; dynamic nuc
             vented vapour as liquid. With ``--base-superheat`` the base is heated, and bursts go on.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Figs. 5 and 6
             (``--no-oscillation``).
-Run time    about 6 minutes on two cores (3-D, 20,384 particles), half a minute with ``--flat``; the first run also
-            compiles for 90 s.
+Run time    about 70 s on two cores (3-D, 20,384 particles, 1,080 steps for 1.5 s); less with ``--demo`` or ``--flat``.
+            The first run also compiles.
 Command     pysph-boiling run explosive_boiling
 """
 from dataclasses import dataclass

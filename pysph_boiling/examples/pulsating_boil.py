@@ -8,8 +8,8 @@ they grow, depart and rise.
 Equations   those of ``steady_boiling``; vapour that takes up more room than its liquid, and the Rayleigh-Plesset
             equation for the volume of each bubble.
 Source      the paper names the Rayleigh-Plesset equation as future work; M. S. Plesset, J. Appl. Mech. 16, 1949.
-Run time    about 4 minutes on one core (3-D, 20,384 particles); ``--demo`` a minute. There is no flat form, because
-            the equation is for a sphere.
+Run time    about 3 minutes on two cores (3-D, 20,384 particles, 2,880 steps for 4 s); less with ``--demo``. The first
+            run also compiles.
 Command     pysph-boiling run pulsating_boil
 """
 from dataclasses import dataclass

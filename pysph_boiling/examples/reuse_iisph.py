@@ -3,7 +3,7 @@
 Equations   IISPHScheme of PySPH (Ihmsen et al. 2014) moves the particles, with steps ten times as long; the guest is
             that of ``reuse_wcsph``. Its forces come after the pressure is solved, which corrects them a step later.
 Source      ours, after "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
-Run time    see ``reuse_wcsph``.
+Run time    about 16 s on two cores (2-D, 480 particles, 3,000 steps for 1.5 s). The first run also compiles.
 Command     pysph-boiling run reuse_iisph
 """
 from pysph.sph.iisph import IISPHScheme

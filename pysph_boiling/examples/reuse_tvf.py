@@ -3,7 +3,7 @@
 Equations   TVFScheme of PySPH (transport velocity, Adami et al. 2013), without background pressure, which would push
             the particles of a free surface outwards; the guest is that of ``reuse_wcsph``.
 Source      ours, after "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
-Run time    as ``reuse_wcsph``.
+Run time    about 2 minutes on two cores (2-D, 480 particles, 17,509 steps for 1.5 s). The first run also compiles.
 Command     pysph-boiling run reuse_tvf
 """
 from pysph.sph.scheme import TVFScheme

@@ -2,7 +2,8 @@
 
 Equations   those of steady_boiling, with sites that wake when the liquid at them is hot enough (Hsu 1962).
 Source      none; this scene is not in the paper and shows what preset nucleation does at a high heat flux.
-Run time    about 4 minutes on one core (3-D, 35,616 particles), a minute with ``--demo`` or ``--flat``.
+Run time    about 4 minutes on two cores (3-D, 35,616 particles, 2,160 steps for 3 s); less with ``--demo`` or
+            ``--flat``. The first run also compiles.
 Command     pysph-boiling run rolling_boil
 """
 from dataclasses import dataclass

@@ -8,8 +8,8 @@ Equations   density constraint (the paper, eqs. 1-2), conduction (eqs. 8-16), ph
             (3.2.1) that wake at a superheat (Hsu 1962), bubbles (4.1), condensation (eqs. 20-22), buoyancy (eqs.
             18-19), detachment (4.2.1); a lid returns vented vapour as liquid.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Fig. 3.
-Run time    23 ms a step on two cores (3-D, 20,384 particles), a minute with ``--demo``; the first run also compiles for
-            70 s.
+Run time    about 3 minutes on two cores (3-D, 20,384 particles, 2,880 steps for 4 s); less with ``--demo`` or
+            ``--flat``. The first run also compiles.
 Command     pysph-boiling run steady_boiling
 """
 from dataclasses import dataclass

@@ -3,8 +3,8 @@
 Equations   those of ``steady_boiling``; dynamic nucleation (the paper, eqs. 3-7) in superheated liquid without a site;
             heat loss at the surface. The three models of boiling (``--mode``) are compared in this vessel.
 Source      "Physically Based Boiling Simulation with Thermally Driven Dynamic Nucleation", Figs. 1, 13, 14.
-Run time    about 13 minutes on two cores (3-D, 20,384 particles), a minute with ``--flat``; the first run also compiles
-            for 3 minutes.
+Run time    about 3 minutes on two cores (3-D, 20,384 particles, 2,880 steps for 4 s); less with ``--demo`` or
+            ``--flat``. The first run also compiles.
 Command     pysph-boiling run superheat_sites --sites 16
 """
 from dataclasses import dataclass

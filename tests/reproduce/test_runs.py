@@ -19,6 +19,7 @@ from pysph_boiling.evaluation.reproduce.figure import FIGURES, Figure
 from pysph_boiling.evaluation.reproduce.runs import Run, perform
 from pysph_boiling.report.sections import Statement, Table, write_csv
 from pysph_boiling.results import SavedRun
+from pysph_boiling.runs.size import Size
 
 ACTOR = '''#!{python}
 import json, os, shutil, sys, time
@@ -263,9 +264,14 @@ def test_one_figure_is_made_and_the_page_keeps_the_others(root, two_figures, tmp
     assert html.index('id="fig9"') < html.index('id="table9"') and "quick form" not in html
 
 
-def test_list_prints_the_runs_and_starts_none(root, two_figures, tmp_path, capsys):
+def test_list_prints_figures_and_runs_and_starts_none(root, two_figures, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(command.Sizes, "of", lambda self, run: Size(2, 1000, 100, 1.0))
     assert command.reproduce(["--list", "--directory", str(tmp_path / "out")]) is None
-    assert capsys.readouterr().out == "one: pysph-boiling run works\n" and not (tmp_path / "out").exists()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("fig9  ") and lines[1:3] == ["  1 run, 1e+05 particle steps, about 1 s",
+                                                            "    one: pysph-boiling run works"]
+    assert lines[3].startswith("table9  ") and not (tmp_path / "out").exists()
+    assert lines[-3].startswith("together: 1 run, 1e+05 particle steps")
 
 
 @pytest.mark.parametrize("arguments, message", [

@@ -28,7 +28,7 @@ def test_short_help_is_about_twenty_options_and_each_other_one_has_a_topic(scene
     parser = scene_class(scene)().arg_parse
     works = {action.option_strings[-1] for action in parser._actions if not isinstance(action, Refused)}
     short = said(capsys, scene)
-    assert len(explained(short)) <= 26 and len(short.splitlines()) <= 75
+    assert len(explained(short)) <= 26 and len(short.splitlines()) <= 80
     topics = {line.split()[1]: line for line in short.partition("more help:")[2].splitlines() if line.strip()}
     topics.pop("NAME", None)
     names = [*(topic for topic in topics if topic not in ("all", "effects")), *parser.slots]

@@ -2,9 +2,12 @@
 import os
 from pathlib import Path
 
+from rich.console import Console
+
 from pysph_boiling.evaluation.reproduce.figure import figures
 from pysph_boiling.evaluation.reproduce.runs import perform
 from pysph_boiling.evaluation.reproduce.wording import PAPER
+from pysph_boiling.examples import scene_class
 from pysph_boiling.names import Parser, unknown
 from pysph_boiling.report.markdown_page import take_up, write_report
 from pysph_boiling.report.options import add_report_options, refuse_quick
@@ -12,6 +15,7 @@ from pysph_boiling.report.page import origin, write_page
 from pysph_boiling.report.sections import Section
 from pysph_boiling.runs.jobs import Job, check_count, results, run_jobs
 from pysph_boiling.runs.ledger import write_json
+from pysph_boiling.runs.size import PACE, about, size_of
 
 __all__ = ["reproduce"]
 
@@ -41,13 +45,49 @@ def judged_on(results):
     return f"{scenes}, {forms}" if scenes else ""
 
 
+def show_figures(asked, quick):
+    """Print the figures ``asked`` for, key -> figure: how large each is, about how long it takes, and its runs."""
+    console, sizes = Console(highlight=False, soft_wrap=True), Sizes()
+    for key, figure in asked.items():
+        own = figure.runs(quick)
+        console.print(f"[bold]{key}[/bold]  {figure.title}", f"  {sizes.summary(own)}", sep="\n")
+        for run in own:
+            console.print(f"    {run.name}: {run.command}", markup=False)
+    together = [run for figure in asked.values() for run in figure.runs(quick)]
+    console.print(f"together: {sizes.summary(together)}; runs that several share are made once",
+                  PACE, sep="\n")
+
+
+class Sizes:
+    """The sizes of runs; each is found once."""
+
+    def __init__(self):
+        self.applications, self.particles, self.sizes = {}, {}, {}
+
+    def of(self, run):
+        """The :class:`~pysph_boiling.runs.size.Size` of a run."""
+        asked = run.scene, run.options
+        if asked not in self.sizes:
+            if run.scene not in self.applications:
+                self.applications[run.scene] = scene_class(run.scene)()
+            self.sizes[asked] = size_of(self.applications[run.scene], run.options, self.particles)
+        return self.sizes[asked]
+
+    def summary(self, runs):
+        """How many runs, particles times steps, and about how long: runs of the same name count once."""
+        sizes = [self.of(run) for run in {run.name: run for run in runs}.values()]
+        if not sizes:
+            return "no runs: drawn at once"
+        work = sum(size.particles * size.steps for size in sizes)
+        took = about(sum(size.seconds for size in sizes))
+        return f"{len(sizes)} {'run' if len(sizes) == 1 else 'runs'}, {work:.2g} particle steps, about {took}"
+
+
 def reproduce(arguments):
     """Run the simulations of the chosen figures, draw them, and write the page; returns its path.
 
     Errors: ``ValueError`` with the known names for an unknown figure; ``ChildProcessError`` if a run fails.
     """
-    from rich.console import Console
-
     known = figures()
     parser = Parser(prog="pysph-boiling reproduce", description=(
         "Reproduce figures and tables of the paper, and compare each with the statements of the paper."))
@@ -60,7 +100,8 @@ def reproduce(arguments):
                         "--quick")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1,
                         help="number of runs at the same time; default one per core")
-    parser.add_argument("--list", action="store_true", help="list the runs without starting them")
+    parser.add_argument("--list", action="store_true", help="list the figures and tables, about how long each takes, "
+                        "and their runs, without starting them")
     options = parser.parse_args(arguments)
     refuse_quick(parser, options)
     for key in options.figure:
@@ -71,8 +112,7 @@ def reproduce(arguments):
     asked = {key: known[key]() for key in options.figure or known}
     runs = [run for figure in asked.values() for run in figure.runs(options.quick)]
     if options.list:
-        for run in dict.fromkeys(runs):
-            console.print(f"{run.name}: {run.command}")
+        show_figures(asked, options.quick)
         return None
 
     root = Path(options.directory or ("reproduce_quick" if options.quick else "reproduce"))
