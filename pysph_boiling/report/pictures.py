@@ -66,8 +66,8 @@ def plot(path, width=6.4, height=3.6, columns=1):
 
 def band(ax, results, column, label, colour, scale=1.0):
     """Draw the mean of a column over an ensemble of runs, and its range as a band."""
-    t = results[0].table["t"]
-    values = scale * np.array([np.interp(t, result.table["t"], result.table[column]) for result in results])
+    t = results[0].results["t"]
+    values = scale * np.array([np.interp(t, result.results["t"], result.results[column]) for result in results])
     ax.plot(t, values.mean(axis=0), color=colour, label=label)
     if len(values) > 1:
         ax.fill_between(t, values.min(axis=0), values.max(axis=0), color=colour, alpha=0.2, linewidth=0.0)

@@ -170,7 +170,7 @@ def test_answers_come_from_the_model(monkeypatch, mode, changes, aspect, answer)
 def hosted(scheme="WCSPHScheme", nucleated=7.0):
     """A finished run of the model of Gu et al. in a scheme of PySPH."""
     return SimpleNamespace(record={"scheme": scheme, "departures": [(0.3, 5, 1)]},
-                           table={"n_nucleated": np.array([0.0, nucleated]), "n_superheated": np.zeros(2)})
+                           results={"n_nucleated": np.array([0.0, nucleated]), "n_superheated": np.zeros(2)})
 
 
 def test_method_is_that_of_the_scheme_in_which_the_guest_boiled():

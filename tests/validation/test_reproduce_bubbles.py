@@ -146,6 +146,6 @@ def test_measures_of_a_rise():
 def test_budget_counts_every_particle_of_vapour():
     last = dict(n_vapour=[30.0, 12.0], n_nucleated=[0.0, 5.0], n_burst=[0.0, 3.0], n_condensed=[0.0, 2.0],
                 n_vented=[0.0, 24.0])
-    result = SimpleNamespace(table={name: np.array(column) for name, column in last.items()})
+    result = SimpleNamespace(results={name: np.array(column) for name, column in last.items()})
     assert budget(result, {"n": np.array([30.0, 25.0])}) == 0.0
     assert budget(result, {"n": np.array([31.0, 25.0])}) == -1.0

@@ -67,10 +67,11 @@ class ModesPictures(Figure):
             pictures.append(movie(groups["dynamic"][0].result, folder / "ours.mp4", "Our model.", fps=10))
 
         half = (0.5 * end, end)
-        bubbles = {mode: [mean_between(one.table, "n_bubbles", *half) for one in group]
+        bubbles = {mode: [mean_between(one.results, "n_bubbles", *half) for one in group]
                    for mode, group in groups.items()}
-        vented = {mode: [rate_between(one.table, "n_vented", *half) for one in group] for mode, group in groups.items()}
-        made = {mode: [rate_between(one.table, "produced", *half) for one in group] for mode, group in groups.items()}
+        vented = {mode: [rate_between(one.results, "n_vented", *half) for one in group]
+                  for mode, group in groups.items()}
+        made = {mode: [rate_between(one.results, "produced", *half) for one in group] for mode, group in groups.items()}
         write_csv(folder / "bubbles.csv", {
             "mode": [mode for mode, group in groups.items() for _ in group],
             **{name: sum(measured.values(), []) for name, measured in (
@@ -113,20 +114,20 @@ class ModesCounts(ModesPictures):
         write_csv(folder / "superheated.csv", curves(
             {NAMES[mode]: group for mode, group in groups.items()}, ("n_superheated", "T_max", "T_mean")))
 
-        count, hottest, warm = ({mode: [mean_between(one.table, column, *half) for one in group]
+        count, hottest, warm = ({mode: [mean_between(one.results, column, *half) for one in group]
                                  for mode, group in groups.items()} for column in ("n_superheated", "T_max", "T_mean"))
-        none = max(float(one.table["n_superheated"].max()) for one in groups["gu"])
-        ours = [bounded(one.table, "n_superheated") for one in groups["dynamic"]]
-        theirs = [bounded(one.table, "n_superheated")[1] for one in groups["li_xiao"]]
-        starts = {mode: [onset(one.table) for one in group] for mode, group in groups.items()}
-        bursts = [100.0 * rate_between(one.table, "n_burst", 0.0, end) / rate_between(one.table, "produced", 0.0, end)
-                  for one in groups["dynamic"]]
+        none = max(float(one.results["n_superheated"].max()) for one in groups["gu"])
+        ours = [bounded(one.results, "n_superheated") for one in groups["dynamic"]]
+        theirs = [bounded(one.results, "n_superheated")[1] for one in groups["li_xiao"]]
+        starts = {mode: [onset(one.results) for one in group] for mode, group in groups.items()}
+        bursts = [100.0 * rate_between(one.results, "n_burst", 0.0, end)
+                  / rate_between(one.results, "produced", 0.0, end) for one in groups["dynamic"]]
         total = groups["gu"][0].result.record["particles"]["fluid"]
         statements = [
             judged("The model of Gu et al. cannot superheat liquid.",
                       f"At most {none:.0f} superheated particles at any time, in every run.",
                    [bound("superheated particles", [none], 0, 0), bound("share that is vapour, second half", [
-                       mean_between(one.table, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)],
+                       mean_between(one.results, "n_vapour", *half) / total for one in groups["gu"]], 1e-4, 0.5)],
                    fair="No particle may be superheated in any row of any run, while the vessel boils"),
             judged("Ours superheats, and dynamic nucleation keeps that bounded.",
                       f"{spread(count['dynamic'])} superheated particles in the second half; the ratio of the last to "

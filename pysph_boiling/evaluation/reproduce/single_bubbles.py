@@ -268,7 +268,7 @@ class Figure10(RiseMixin):
             f"it rises by {spread(of('no_burst', 'risen', 1e3), 'mm')} at {spread(speeds['no_burst'], 'm/s')} "
             f"({spread(of('full', 'speed'))} m/s in the full model), at least {min(of('no_burst', 'whole')):.0%} of it "
             "in one piece",
-            [bound("pieces that burst", [one.table["n_bubbles_vented"][-1] for one in groups["no_burst"]], 1, 5),
+            [bound("pieces that burst", [one.results["n_bubbles_vented"][-1] for one in groups["no_burst"]], 1, 5),
              bound("share in one piece", of("no_burst", "whole"), 0.8, 1.0),
              bound("fall in spacings", [row["fall"] / spacing for row in alone], 0.0, 0.5)], BROKEN,
                                          fair="As in Figure 7, without dynamic nucleation, in the vessel with a "

@@ -50,20 +50,20 @@ def long_run(sites, seed, quick):
 
 
 def members(results, name):
-    """The runs ``<name>_seed<number>`` as objects with ``result`` and ``table`` (see :func:`production`)."""
-    return [SimpleNamespace(result=result, table=production(result.results)) for key, result in sorted(results.items())
-            if key.startswith(f"{name}_seed")]
+    """The runs ``<name>_seed<number>`` as objects with ``result`` and ``results`` (see :func:`production`)."""
+    return [SimpleNamespace(result=result, results=production(result.results))
+            for key, result in sorted(results.items()) if key.startswith(f"{name}_seed")]
 
 
 def production(table):
     """``table`` with a column ``produced``: particles that became vapour in any way, minus those that condensed."""
     made = sum(table[name] for name in ("n_nucleated", "n_burst", "n_emitted") if name in table)
-    return table | {"produced": made - table.get("n_condensed", 0.0)}
+    return {**table, "produced": made - table.get("n_condensed", 0.0)}
 
 
 def common_end(*groups):
     """When the first of the runs in groups of :func:`members` ends [s]."""
-    return min(float(one.table["t"][-1]) for group in groups for one in group)
+    return min(float(one.results["t"][-1]) for group in groups for one in group)
 
 
 def mean_between(table, column, begin, end):
@@ -96,7 +96,7 @@ def curves(groups, columns, points=200):
     made = {"t [s]": t}
     for label, group in groups.items():
         for column in columns:
-            values = np.array([np.interp(t, one.table["t"], one.table[column]) for one in group])
+            values = np.array([np.interp(t, one.results["t"], one.results[column]) for one in group])
             for what, reduce in (("mean", np.mean), ("lowest", np.min), ("highest", np.max)):
                 made[f"{column}, {label}, {what}"] = reduce(values, axis=0)
     return made
@@ -145,7 +145,7 @@ class Sites(Figure):
         before, late, half = (0.5 * end, 0.75 * end), (0.75 * end, end), (0.5 * end, end)
 
         def over(measure, column, window):
-            return {sites: [measure(one.table, column, *window) for one in group] for sites, group in groups.items()}
+            return {sites: [measure(one.results, column, *window) for one in group] for sites, group in groups.items()}
 
         level = over(mean_between, "n_superheated", late)
         changes = [last / max(first, 1.0) for sites, values in over(mean_between, "n_superheated", before).items()

@@ -147,10 +147,10 @@ class SteadyBoiling(Figure):
             "n_vapour", "n_bubbles", "produced", "n_vented", "n_bubbles_vented", "n_condensed")))
 
         seconds = (end - begin) / windows
-        made, deviations = zip(*(variation(one.table, "produced", begin, end, windows) for one in group))
+        made, deviations = zip(*(variation(one.results, "produced", begin, end, windows) for one in group))
         on, off = ([departed(one.result.record["departures"], end) for one in ensemble] for ensemble in (group, plain))
-        burst = [float(one.table["n_burst"][-1]) for one in group]
-        reached = [float(rate_between(one.table, "n_bubbles_vented", begin, end)) for one in group]
+        burst = [float(one.results["n_burst"][-1]) for one in group]
+        reached = [float(rate_between(one.results, "n_bubbles_vented", begin, end)) for one in group]
         periods, scatters = (np.concatenate([[getattr(site, name) for site in one.sites] for one in on])
                              for name in ("period", "scatter"))
         told = np.isfinite(scatters)
@@ -187,7 +187,7 @@ class SteadyBoiling(Figure):
             pictures=pictures, statements=statements, data=["history.csv"],
             text=f"Dynamic nucleation made {spread(burst)} particles of vapour. The oscillation constraint changes the "
                  f"departures from {spread(one.rate for one in off)} to {spread(one.rate for one in on)} a second, and "
-                 f"moves bubbles {spread(one.table['n_pushed'][-1] for one in group)} times.",
+                 f"moves bubbles {spread(one.results['n_pushed'][-1] for one in group)} times.",
             tables=[Table(("oscillation", "seed", "departures [1/s]", "longest time without [s]",
                            "median size [particles]"), rows)])
 
@@ -239,11 +239,11 @@ class Cooling(Figure):
             **{f"{name} [{unit}]": np.concatenate([history[name] for history in surfaces])
                for name, unit in (("t", "s"), ("level", "m"), ("roughness", "m"), ("speed", "m/s"))}})
 
-        before = [float(np.interp(off, one.table["t"], one.table["n_vapour"])) for one in group]
-        after = [float(one.table["n_vapour"][-1]) for one in group]
-        condensed = [rate_between(one.table, "n_condensed", off, end) * (end - off) for one in group]
-        vented = [rate_between(one.table, "n_vented", off, end) * (end - off) for one in group]
-        gone = [gone_after(one.table, off) for one in group]
+        before = [float(np.interp(off, one.results["t"], one.results["n_vapour"])) for one in group]
+        after = [float(one.results["n_vapour"][-1]) for one in group]
+        condensed = [rate_between(one.results, "n_condensed", off, end) * (end - off) for one in group]
+        vented = [rate_between(one.results, "n_vented", off, end) * (end - off) for one in group]
+        gone = [gone_after(one.results, off) for one in group]
         peak, rest = ({name: [float(measure(one[name][one["t"] >= begin])) for one in surfaces]
                        for name in ("speed", "roughness")}
                       for measure, begin in ((np.max, 0.0), (np.mean, end - 0.15 * (end - off))))
@@ -270,8 +270,8 @@ class Cooling(Figure):
                    fair="A fifth of its peak; a surface exactly at rest would be an artefact, since waves decay "
                         "slowly"),
         ]
-        bare = [rate_between(one.table, "n_condensed", off, end) * (end - off) for one in plain]
-        bare_gone = [one for one in (gone_after(member.table, off) for member in plain) if one is not None]
+        bare = [rate_between(one.results, "n_condensed", off, end) * (end - off) for one in plain]
+        bare_gone = [one for one in (gone_after(member.results, off) for member in plain) if one is not None]
         return self.section(
             pictures=pictures, statements=statements, data=["history.csv", "surface.csv"],
             text=f"Without the oscillation constraint {spread(bare)} particles condense, and the vapour is gone "
@@ -308,7 +308,7 @@ class BubbleRadius(Figure):
             ax.set(xlabel="time [s]", ylabel="mean radius of the bubbles [mm]", xlim=(0.0, end), ylim=(0.0, None))
         write_csv(folder / "radius.csv", curves({"with oscillation": group, "without": plain}, (
             "bubble_distance_mean", "bubble_radius_mean", "n_bubbles")))
-        growth, bare = ([phases_of_growth(one.table["t"], one.table["bubble_distance_mean"]) for one in ensemble]
+        growth, bare = ([phases_of_growth(one.results["t"], one.results["bubble_distance_mean"]) for one in ensemble]
                         for ensemble in (group, plain))
         peaks, bare_peaks = ([peak / level for peak, _, level, _ in ensemble] for ensemble in (growth, bare))
         changes = [change for *_, change in growth]

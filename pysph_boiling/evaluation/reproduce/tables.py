@@ -98,8 +98,8 @@ class Models(Figure):
             text=f"Our cells are found by running the kernels of each mode on a block of {Toy.SIDE**2} particles that "
                  f"is warm (e = {WARM} L), hot ({HOT} L) or cold ({COLD} L), with or without a site. The method of Gu "
                  f"et al. is that of a run in which their model is a guest of PySPH's {hosted.record['scheme']}: "
-                 f"{hosted.table['n_nucleated'][-1]:.0f} particles became vapour, {len(hosted.record['departures'])} "
-                 f"bubbles departed, and at most {np.max(hosted.table['n_superheated']):.0f} particles were "
+                 f"{hosted.results['n_nucleated'][-1]:.0f} particles became vapour, {len(hosted.record['departures'])} "
+                 f"bubbles departed, and at most {np.max(hosted.results['n_superheated']):.0f} particles were "
                  "superheated. In the figures it runs on the same fluid as the others, so that they only differ in the "
                  "phase change.")
 
