@@ -1,4 +1,6 @@
-"""Reading a run: its results, particles, events and settings, each with its unit::
+"""Reading a run: its results, particles, events and settings, each with its unit.
+
+An example::
 
     run = load_run("steady_boiling_output")
     run                                  # what it is, in a few lines
