@@ -213,7 +213,8 @@ class SceneApplication(Application):
         if len(self.ledger.rows):
             plot_history(self.ledger.table(), folder / "history.png", self.scheme.dim)
             made.append(folder / "history.png")
-        bar = functools.partial(track, description="drawing", transient=True, disable=self.quiet)
+        bar = functools.partial(track, description="drawing", transient=True,
+                                disable=self.quiet or not sys.stdout.isatty())
         frames = [] if self.options.disable_output else render_run(folder, track=bar)
         if frames:
             contact_sheet(frames, folder / "frames.png")
@@ -788,9 +789,10 @@ class SceneApplication(Application):
             scheme.scene(), {pa.name: pa for pa in self.particles}) if "heater" in scheme.effects else ()
         if len(heaters) > 1:
             console.print("heaters: " + ", ".join(f"{n} wall particles at {T:g} K" for T, n in heaters))
-        facts = "; ".join(f"{name} = {value:.4g}{'' if unit == '-' else ' ' + unit}"
-                          for name, (value, unit) in self.facts().items())
-        console.print(textwrap.fill(facts, COLUMNS, initial_indent="  ", subsequent_indent="  "), markup=False)
+        facts = "; ".join(f"{name} = {value:.4g}{'' if unit == '-' else ' ' + unit}".replace(" ", "\xa0")
+                          for name, (value, unit) in self.facts().items())  # a fact stays on one line
+        text = textwrap.fill(facts, COLUMNS, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+        console.print(text.replace("\xa0", " "), markup=False)
 
     def scene_name(self):
         """The name of the scene (:func:`~pysph_boiling.names.scene_name`)."""
