@@ -15,6 +15,7 @@ EMBREE = "embreex; platform_machine == 'x86_64' or platform_machine == 'AMD64'" 
 FLUIDS = ["CoolProp"]
 VIEW = [EMBREE, "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 FILM = ["pysplashsurf", "manifold3d", "usd-core"]
+WATCH = ["viser>=1.0", "trimesh"]
 DOCS = ["sphinx", "myst-nb", "sphinx-gallery", "furo"]
 
 setup(
@@ -34,13 +35,14 @@ setup(
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
     install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
     extras_require={
-        "test": ["pytest", "pytest-xdist", "hypothesis", "iapws", "pyvista", "xarray", "trimesh", *FLUIDS, *VIEW,
-                 *FILM, *OPENCL, *DOCS, NVRTC],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "iapws", "pyvista", "xarray", *FLUIDS, *VIEW, *FILM, *WATCH,
+                 *OPENCL, *DOCS, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "fluids": FLUIDS,
         "view": VIEW,
         "film": FILM,
+        "watch": WATCH,
         "analysis": ["xarray"],
         "docs": DOCS,
     },

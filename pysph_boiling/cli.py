@@ -110,6 +110,24 @@ def render(arguments):
         print(f"movie: {write_movie(frames, path, fps=options.fps, limit=options.limit)}")
 
 
+def view(arguments):
+    """Show a run in the browser: particles and surfaces, a slider for the time. The page is for this machine only."""
+    from pysph_boiling.analysis.rendering import COLOURS
+    from pysph_boiling.analysis.viewer import Viewer
+
+    parser = Parser(prog="pysph-boiling view", description=view.__doc__)
+    parser.add_argument("directory", help="output folder of a run")
+    parser.add_argument("--live", action="store_true", help="follow a run that is still being written")
+    parser.add_argument("--colour", default=None, choices=COLOURS, help="colour at the start; default phase")
+    parser.add_argument("--port", type=int, default=8080, help="port of the page, or the next free one; default 8080")
+    options = parser.parse_args(arguments)
+    if not 1 <= options.port <= 65535:
+        raise ValueError(f"--port must be 1 to 65535, got {options.port}")
+    viewer = Viewer(options.directory, live=options.live, port=options.port, colour=options.colour)
+    print(f"open {viewer.address} in a browser on this machine; Ctrl-C ends", flush=True)
+    viewer.run()
+
+
 def picture_size(text):
     """(width, height) in pixels from "WIDTHxHEIGHT", or ``None`` from ``None``; raises ``ValueError``."""
     if text is None:
@@ -183,6 +201,7 @@ USAGE = """usage: pysph-boiling COMMAND [options]
   list                 list the scenes
   run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again, make a movie, or export to ParaView, Blender or USD
+  view DIR [--live]    show a run in the browser, or follow one that is being written
   bubbles DIR          say when and where bubbles depart in runs, how large they are and how they look
   sweep SCENE          run a scene over ranges of its parameters (--superheat 5:60:8 --seeds 3), as a table and pictures
   reproduce [FIGURE]   reproduce the paper's figures and tables, all or those named (--quick: small scenes)
@@ -199,7 +218,7 @@ def main(argv=None):
     warnings.filterwarnings("ignore", message="Creating a dataset without")  # PySPH's HDF5 writer, harmless
     arguments = list(sys.argv[1:] if argv is None else argv)
     command, rest = (arguments[0], arguments[1:]) if arguments else ("--help", [])
-    commands = {"list": list_scenes, "run": run, "render": render, "bubbles": bubbles, "sweep": sweep,
+    commands = {"list": list_scenes, "run": run, "render": render, "view": view, "bubbles": bubbles, "sweep": sweep,
                 "reproduce": reproduce, "accuracy": accuracy, "validate": validate, "stress": stress}
     if command == "--version":
         from pysph_boiling import __version__

@@ -32,8 +32,9 @@ from pysph_boiling.files import Manifest, load_output, output_files, run_record
 from pysph_boiling.names import nearest
 from pysph_boiling.phases import Phase, at_saturation
 
-__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "chosen_files", "contact_sheet",
-           "draw_scene", "drawn_into", "geometry", "needed", "render_run", "write_paraview"]
+__all__ = ["BUBBLE_COLOURS", "PHASE_COLOURS", "STATE_COLOURS", "bubble_colours", "chosen_files", "colour_limits",
+           "contact_sheet", "draw_scene", "drawn_into", "geometry", "needed", "particle_colours", "render_run",
+           "write_paraview"]
 
 PALE = 0.55  # mixed with this much white, liquid does not distract from coloured bubbles
 
@@ -97,7 +98,7 @@ def draw_scene(arrays: dict[str, ParticleArray], path: str | os.PathLike, *, dim
     colour = _pick_colour(scene.fluid, colour, view)
     bounds = view_bounds(scene, spacing, dim) if bounds is None else np.asarray(bounds, dtype=float)
     if limits is None and colour in SCALES:
-        limits = _limits(scene.fluid, colour)
+        limits = colour_limits(scene.fluid, colour)
     if view == "3d":
         bounds = inner_bounds(scene.walls, bounds, spacing)
     camera = _perspective(bounds) if view == "3d" else _parallel("z" if dim == 2 else slice_axis, bounds)
@@ -148,7 +149,7 @@ def render_run(output_dir: str | os.PathLike, *, colour: str | None = None, view
         view = view or "slice"
         colour = _pick_colour(samples[-1].fluid, colour, view if dim == 3 else "2d")
         wet = [scene for scene in samples if len(positions(scene.fluid))]
-        ends = np.array([_limits(scene.fluid, colour) for scene in wet]) if colour in SCALES and wet else None
+        ends = np.array([colour_limits(scene.fluid, colour) for scene in wet]) if colour in SCALES and wet else None
         draw, options = draw_scene, {**options, "colour": colour, "view": view, "slice_axis": slice_axis,
                                      "limits": None if ends is None else (ends[:, 0].min(), ends[:, 1].max())}
 
@@ -292,7 +293,8 @@ def _values(fluid, colour):
     return raw + SCALES[colour][1]
 
 
-def _limits(fluid, colour):
+def colour_limits(fluid, colour):
+    """Ends (low, high) of the scale of a colour, in the unit printed at it."""
     shown = _values(fluid, colour)
     low, high = np.nanquantile(shown, SCALES[colour][-1]) if len(shown) else (0.0, 0.0)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
@@ -385,8 +387,8 @@ def _balls(painter, points, rgb, discs, *, diameter=1.0, fog=0.0, alpha=None):
         facecolors=colours, edgecolors="none", alpha=alpha), autolim=False)
 
 
-def _colours(fluid, colour, limits):
-    """Colours (n, 3) of the fluid."""
+def particle_colours(fluid, colour, limits):
+    """Colours (n, 3) of the particles of a fluid, of which ``limits`` are the ends of the scale, if it has one."""
     from matplotlib import colormaps
 
     if colour in SCALES:
@@ -417,7 +419,7 @@ def _paint_sites(painter, scene, size):
 
 
 def _paint_slice(painter, scene, colour, limits, whole):
-    points, rgb, vapour = positions(scene.fluid), _colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
+    points, rgb, vapour = positions(scene.fluid), particle_colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
     k, middle = painter.camera.axis, painter.camera.middle
 
     def shown(where):
@@ -434,7 +436,7 @@ def _paint_slice(painter, scene, colour, limits, whole):
 
 
 def _paint_3d(painter, scene, colour, limits):
-    points, rgb, vapour = positions(scene.fluid), _colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
+    points, rgb, vapour = positions(scene.fluid), particle_colours(scene.fluid, colour, limits), is_vapour(scene.fluid)
     outline = plan_outline(scene, painter.bounds)
     low, high = painter.bounds[:, 2]
     _polygon(painter, outline, low, facecolor="#EEF0F3", edgecolor="#B0B5BC", linewidth=0.8)

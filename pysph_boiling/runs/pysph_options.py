@@ -28,7 +28,8 @@ SEARCH = "neighbour searches are used with PySPH's default settings, with which 
 RANKS = "it has not been tested with our domain decomposition on ranks"
 STEP = ("a scene has a fixed time step, and a step is split where particles would move too far in it: give --timestep "
         "or --substeps")
-WATCH = "to watch a run, read its results.npz and particle files; stop it with Ctrl-C, and continue it with --resume"
+WATCH = ("to watch a run, use pysph-boiling view DIRECTORY --live, which only this machine can reach; stop it with "
+         "Ctrl-C, and continue it with --resume")
 
 WORKS = {
     "--help": "",
@@ -101,7 +102,9 @@ REFUSED = {
     "--parallel-output-mode": "all ranks together write one file",
     "--interactive": f"it changes a run between two steps, which results.npz and run.json would not record; {WATCH}",
     "--xml-rpc": f"it lets anyone on the network control the run, without a key; {WATCH}",
-    "--multiproc": f"it listens on the network with a key that everyone knows, and executes what it receives; {WATCH}",
+    "--multiproc": "unless told otherwise, it listens on all networks of this machine with a key that everyone knows, "
+                   "as it stands in PySPH's source, and it unpickles what it receives, by which a sender can execute "
+                   f"any code; {WATCH}",
     "--octree-leaf-size": SEARCH,
     "--octree-elementwise-nnps": SEARCH,
 }
