@@ -179,7 +179,7 @@ def test_bad_requests_are_named(folder, monkeypatch, capsys):
     assert "no particle files" in empty and "--live waits" in missing
     assert "--port must be 1 to 65535, got 70000" in port
     assert "colour must be one of phase, bubble, speed, density in this run, got 'temperature'" in colour
-    assert 'viser is missing: pip install "pysph_boiling[watch]"' in package
+    assert "viser is missing: pip install 'pysph_boiling[watch]'" in package
 
 
 def test_the_page_in_a_browser(folder, started, tmp_path):
