@@ -1,6 +1,6 @@
 """Time of a step of ``steady_boiling`` while it boils, stage by stage, and a comparison with another version.
 
-    python benchmarks/boil.py [--quick] [--against REV] [--json FILE] [--report FILE.md] [options of the scene]
+    python benchmarks/boil.py [--quick] [--against REV | --opencl] [--json FILE] [--report FILE.md] [scene options]
 
 For each h/dx the vessel first boils for a second or more. Each version then starts from these particles, in a process
 of its own, with the constants of water that this version has. The versions take turns of a few steps, so that other
@@ -14,6 +14,9 @@ steps, and equal phases, bubble labels and counts after 50. A boil is chaotic: s
 particles boil first. So a twin of this version starts with positions moved by 1e-13 spacings, and the versions may
 differ by ten times its largest distance, and by twice its number of particles in another phase or bubble. Changes of
 the physics between the versions exceed that.
+
+``--opencl`` compares OpenMP with OpenCL in single precision instead (``--opencl --use-double`` for double), both of
+this version. With it, the exit status is 1 if a step on OpenCL takes more than four times as long.
 """
 import argparse
 import io
@@ -38,7 +41,8 @@ from pysph_boiling.runs.ledger import write_json
 from pysph_boiling.threads import variables
 
 ROOT, WORKER = Path(__file__).resolve().parents[1], Path(__file__).with_name("boil_worker.py")
-HERE = "this version"
+HERE, OPENMP, OPENCL = "this version", "OpenMP", "OpenCL"
+SLOWER = 4.0  # how many times as long a step may take on OpenCL, on a processor
 STATE, QUICK_STATE = 1000, 600  # steps to the state that is common
 SAME_POSITIONS, SAME_EVENTS = 12, 50  # steps after which versions are compared
 DISTANCE = 1e-9  # spacings: how far a particle may be from itself in the other version
@@ -116,11 +120,16 @@ class Process:
 
 
 def measure(versions, *, hdx, steps, before, threads, scene, say):
-    """A dict of times and differences at one h/dx; ``versions`` maps names to roots, and the first makes the state."""
+    """A dict of times and differences at one h/dx; ``versions`` maps names to roots, and the first makes the state.
+
+    The version named OPENCL runs there, and only its times are compared.
+    """
     maker, *others = versions
+    others = [name for name in others if name != OPENCL]
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         def started(name, state=None):
-            process = Process(name, versions[name], hdx=hdx, state=state, threads=threads, scene=scene)
+            process = Process(name, versions[name], hdx=hdx, state=state, threads=threads,
+                              scene=[*scene, "--opencl"] if name == OPENCL else scene)
             stack.callback(process.close)
             return process
 
@@ -139,7 +148,7 @@ def measure(versions, *, hdx, steps, before, threads, scene, say):
                 for process in processes:
                     times[process.name] += process.ask(steps=block)
                 taken += block
-            states[goal] = [process.state(folder, goal)[1] for process in processes]
+            states[goal] = [process.state(folder, goal)[1] for process in processes if process.name != OPENCL]
         for _ in range(FILES):
             for process in processes:
                 files[process.name]["ms"] += process.ask(files=1)["ms"]
@@ -156,7 +165,19 @@ def measure(versions, *, hdx, steps, before, threads, scene, say):
     if others:
         row["same"] = [same(*states[goal], goal, twin)
                        for same, goal, twin in zip((same_positions, same_events), wanted, twins)]
+    if OPENCL in versions:
+        row["same"] = [fast_enough(row["versions"])]
     return row
+
+
+def fast_enough(versions):
+    """Whether a step on OpenCL takes at most SLOWER times as long as one on OpenMP: dict with claim, verdict and text.
+    """
+    ratio = {what: 1.0 / faster for what, faster in
+             times_as_fast(versions[OPENCL], versions[OPENMP], WHOLE).items()}
+    return dict(claim=f"a step on OpenCL takes at most {SLOWER:g} times as long as one on OpenMP",
+                holds=ratio["median"] <= SLOWER,
+                found=f"{ratio['median']:.2f} times by the medians, {ratio['least']:.2f} by the least")
 
 
 def moved(state, path):
@@ -285,6 +306,8 @@ def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="Other options go to the scene.")
     add_report_options(parser, quick="use the scene's demo, and h/dx 1.2 only")
     parser.add_argument("--against", metavar="REV", help="another version: a commit, branch or tag of this checkout")
+    parser.add_argument("--opencl", action="store_true", help="compare OpenMP with OpenCL in single precision")
+    parser.add_argument("--use-double", action="store_true", help="with --opencl: in double precision")
     parser.add_argument("--hdx", type=float, nargs="+", help="smoothing lengths over spacing; default 1.2 and 1.0")
     parser.add_argument("--before", type=int,
                         help=f"steps before the measurement; default {STATE}, {QUICK_STATE} with --quick")
@@ -293,13 +316,17 @@ def main(argv=None):
     options, scene = parser.parse_known_args(argv)
     if options.steps <= UNTIMED:
         parser.error(f"--steps must be more than {UNTIMED}, which are not timed; got {options.steps}")
+    if options.opencl and options.against:
+        parser.error("--against compares on OpenMP alone: leave out --opencl")
+    if options.use_double:
+        scene = ["--use-double", *scene]  # the host computes in double precision in any case
     if options.quick:
         scene = ["--demo", *scene]
     console, rows = Console(width=140), []
     before = options.before or (QUICK_STATE if options.quick else STATE)
     console.print(machine.load())
     with tempfile.TemporaryDirectory() as folder, console.status("") as status:
-        versions = {HERE: ROOT}
+        versions = {OPENMP: ROOT, OPENCL: ROOT} if options.opencl else {HERE: ROOT}
         if options.against:
             try:
                 versions[unpack(options.against, folder)] = Path(folder).resolve()

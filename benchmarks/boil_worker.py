@@ -157,7 +157,8 @@ def main(root, hdx, state, folder, *arguments):
         with np.load(state) as data:
             Boil.state = dict(data)
         take_water(Boil.state)
-    Boil(output_dir=folder).run(["--openmp", "--no-pictures", "--duration", "1e3", "-d", folder, *arguments])
+    backend = () if "--opencl" in arguments else ("--openmp",)
+    Boil(output_dir=folder).run([*backend, "--no-pictures", "--duration", "1e3", "-d", folder, *arguments])
 
 
 if __name__ == "__main__":

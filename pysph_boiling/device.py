@@ -14,10 +14,11 @@ from contextlib import contextmanager
 
 import numpy as np
 from compyle.array import get_backend
+from compyle.types import dtype_to_ctype
 
 __all__ = [
     "Copies", "Mirrored", "Subset", "counted", "detached", "largest", "largest_size", "neighbour_search", "on_host",
-    "order", "positive", "real", "send", "smallest", "summed", "values",
+    "order", "positive", "real", "reduced", "send", "smallest", "summed", "values",
 ]
 
 
@@ -28,7 +29,8 @@ def values(pa, name):
     """
     if pa.gpu is None:
         return pa.get(name, only_real_particles=True)
-    return pa.gpu.get_device_array(name).dev[:real(pa)]
+    array, n = pa.gpu.get_device_array(name).dev, real(pa)
+    return array if len(array) == n else array[:n]
 
 
 def real(pa):
@@ -82,6 +84,35 @@ def summed(array, where=None):
 def positive(array):
     """The entries, with negative ones set to 0."""
     return 0.5 * (array + abs(array))
+
+
+def reduced(kind, expression, pa, names):
+    """Largest value, at least 0, or sum over the real particles of one array on its device, in one reduction.
+
+    ``kind`` is "max" or "sum"; the C ``expression`` has the properties ``names``, of one type, as ``a[i]``, ``b[i]``
+    and so on. The result is NaN if there is one, and 0 without particles.
+    """
+    arrays = [values(pa, name) for name in names]
+    if not len(arrays[0]):
+        return 0.0
+    return _number(_reduction(kind, expression, len(names), arrays[0].dtype, pa.gpu.backend)(*arrays))
+
+
+@functools.cache
+def _reduction(kind, expression, n, dtype, backend):
+    """A kernel of pyopencl or PyCUDA for :func:`reduced`."""
+    both = {"max": "a > b || a != a ? a : b", "sum": "a + b"}[kind]
+    number = dtype_to_ctype(dtype)
+    arguments = ", ".join(f"const {number} *{chr(ord('a') + k)}" for k in range(n))
+    options = dict(dtype_out=dtype, neutral="0", reduce_expr=both, map_expr=expression)
+    if backend == "opencl":
+        from compyle.opencl import get_context
+        from pyopencl.reduction import ReductionKernel
+
+        return ReductionKernel(get_context(), arguments=arguments.replace("const", "__global const"), **options)
+    from pycuda.reduction import ReductionKernel
+
+    return ReductionKernel(arguments=arguments, **options)
 
 
 def counted(mask):
@@ -290,14 +321,11 @@ def on_host(particles):
 
 
 def neighbour_search(particles, **options):
-    """The neighbour search for the present backend, with cached lists: ours on the host, PySPH's on a device."""
-    if get_backend() == "cython":
-        from pysph_boiling.search import sorted_cell_nnps
+    """The neighbour search for the present backend, with cached lists."""
+    from pysph_boiling import search
 
-        return sorted_cell_nnps()(particles=particles, **options)
-    from pysph.base.gpu_nnps import ZOrderGPUNNPS
-
-    return ZOrderGPUNNPS(particles=particles, **options)
+    found = search.sorted_cell_nnps() if get_backend() == "cython" else search.device_cell_nnps()
+    return found(particles=particles, **options)
 
 
 def order(nnps, arrays, scratch=None):

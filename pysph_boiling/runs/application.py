@@ -433,8 +433,6 @@ class SceneApplication(Application):
 
     def create_nnps(self):
         """Our neighbour search if ``--nnps`` names it, compiled by the first rank; ``None`` lets PySPH make its own."""
-        if on_device(self.options):
-            return None
         if not pysph_options.asks_for_ours(self.options):
             if self.options.reorder_freq is None:
                 self.solver.set_reorder_freq(0)  # not all of PySPH's searches support it

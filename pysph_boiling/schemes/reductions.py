@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from pysph_boiling import native
-from pysph_boiling.device import counted, largest, largest_size, smallest, summed, values
+from pysph_boiling.device import largest, largest_size, reduced, smallest, summed, values
 from pysph_boiling.particles import host
 from pysph_boiling.phases import Phase, at_saturation
 
@@ -17,11 +17,18 @@ __all__ = ["GENERAL", "HELD", "CompiledReductions", "Reductions", "has"]
 HELD = len(Phase)  # number of the state of superheated liquid that is at T_sat, which is counted apart
 
 
+def _each(term, names):
+    """The sum of a term for each property, for :func:`~pysph_boiling.device.reduced`."""
+    return " + ".join(term.format(chr(ord("a") + k)) for k in range(len(names)))
+
+
 class Reductions:
     """By NumPy on the host, by the device's own reductions on a device; sums for the ledger on the host in any case."""
 
     def not_finite(self, pa, names):
         """The first of the properties ``names`` of which a value is NaN or Inf, or ``None``."""
+        if pa.gpu is not None and reduced("sum", f"0 * ({_each('{}[i]', names)})", pa, names) == 0.0:
+            return None
         return next((name for name in names if not math.isfinite(summed(values(pa, name)))), None)
 
     def ends(self, pa, name):
@@ -30,11 +37,13 @@ class Reductions:
 
     def largest_square(self, pa, names):
         """Largest square of the vector with the components ``names``; NaN if there is one, 0 without particles."""
+        if pa.gpu is not None:
+            return reduced("max", _each("{0}[i]*{0}[i]", names), pa, names)
         return largest(sum(values(pa, name)**2 for name in names))
 
     def largest_size(self, pa, name):
         """Largest absolute value of a property; NaN if there is one, 0 without particles."""
-        return largest_size(values(pa, name))
+        return largest_size(values(pa, name)) if pa.gpu is None else reduced("max", "fabs(a[i])", pa, [name])
 
     def sum(self, pa, name):
         """Sum of a property."""
@@ -104,6 +113,5 @@ def has(pa, name, low, high):
     """Whether a property of whole numbers lies in ``low`` .. ``high`` for one of this rank's particles."""
     if pa.gpu is None:
         return native.has(pa.get(name), low, high)
-    found = values(pa, name)
-    return counted((found >= low) & (found <= high)) > 0
+    return reduced("max", f"a[i] >= {low} && a[i] <= {high}", pa, [name]) > 0.0
 

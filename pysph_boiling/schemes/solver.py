@@ -32,6 +32,7 @@ from pysph_boiling.files import part_of, whole
 from pysph_boiling.native import fluid_sums, has_avx2
 from pysph_boiling.parallel import ranks
 from pysph_boiling.schemes.cache import CheckedModule, load_as
+from pysph_boiling.schemes.device_stages import on_devices
 from pysph_boiling.schemes.particle_files import ParticleFiles, join_parts
 from pysph_boiling.schemes.reductions import CompiledReductions
 from pysph_boiling.threads import end_on_interrupt
@@ -132,7 +133,7 @@ def vectorised():
     directives["auto_pickle"] = False  # a quarter of the compiler's work
     acceleration_eval_cython_helper.AccelerationEvalCythonHelper = StrippedHelper
     try:
-        with load_as(VectorModule):
+        with load_as(VectorModule), on_devices():
             yield
     finally:
         directives["auto_pickle"] = before

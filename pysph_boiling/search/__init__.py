@@ -6,6 +6,6 @@ This subpackage depends on NumPy and PySPH only, not on the rest of pysph_boilin
         return search_for(self)
 
 """
-from pysph_boiling.search.sorted_cells import search_for, sorted_cell_nnps
+from pysph_boiling.search.sorted_cells import device_cell_nnps, search_for, sorted_cell_nnps
 
-__all__ = ["search_for", "sorted_cell_nnps"]
+__all__ = ["device_cell_nnps", "search_for", "sorted_cell_nnps"]

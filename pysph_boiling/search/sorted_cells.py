@@ -15,7 +15,7 @@ from compyle.config import get_config
 
 from pysph_boiling.search.checked_module import CheckedModule
 
-__all__ = ["EmbeddedModule", "SearchModule", "search_for", "sorted_cell_nnps"]
+__all__ = ["EmbeddedModule", "SearchModule", "device_cell_nnps", "search_for", "sorted_cell_nnps"]
 
 HERE = Path(__file__).parent
 EXACT = ("-ffp-contract=off",)  # round products and sums separately, as in PySPH's own search
@@ -110,18 +110,25 @@ def sorted_cell_nnps(say: Callable[[str], None] | None = None) -> type:
     return SearchModule.loaded(say).SortedCellNNPS
 
 
+def device_cell_nnps() -> Any:
+    """The class ``DeviceCellNNPS``, for OpenCL or CUDA."""
+    from pysph_boiling.search.device_cells import DeviceCellNNPS
+
+    return DeviceCellNNPS
+
+
 def search_for(application: Any, say: Callable[[str], None] | None = None) -> Any:
     """The neighbour search for a PySPH ``Application``, to be returned from its ``create_nnps``.
 
-    ``say`` is that of :func:`sorted_cell_nnps`. If the application runs on a device, the result is ``None``, so that
-    PySPH makes its own search.
+    ``say`` is that of :func:`sorted_cell_nnps`. On a device it is a search for devices, which has no ``sort_gids``.
     """
-    options, solver = application.options, application.solver
-    if options.with_opencl or options.with_cuda:
-        return None
     from pysph.base import kernels
 
+    options, solver = application.options, application.solver
     kernel = getattr(kernels, options.kernel)(dim=solver.dim) if options.kernel else solver.kernel
+    common = dict(dim=solver.dim, particles=application.particles, radius_scale=kernel.radius_scale,
+                  domain=application.domain)
+    if options.with_opencl or options.with_cuda:
+        return device_cell_nnps()(**common)
     return sorted_cell_nnps(say)(
-        dim=solver.dim, particles=application.particles, radius_scale=kernel.radius_scale, domain=application.domain,
-        fixed_h=bool(solver.fixed_h or options.fixed_h), sort_gids=bool(options.sort_gids))
+        **common, fixed_h=bool(solver.fixed_h or options.fixed_h), sort_gids=bool(options.sort_gids))

@@ -21,6 +21,8 @@ SCENES = {  # of explosive_boiling, in one set of compiled stages: options, step
     # measured: 6 particles condense, from step 75 on, and 9 leave
     "cooling": ((*POOL, "--width", "48", "--hot", "0.4", "--superheat", "240", "--time-scaling", "16000"), 200),
 }
+STEADY = ("--flat", "--width", "40", "--fill", "20", "--subcooling", "0", "--superheat", "200", "--time-scaling",
+          "20000", "--smallest-cavity", "0", "--pattern", "regular", "--no-pictures", "--results-every", "10")
 EVENTS = ("n_nucleated", "n_burst", "n_fired", "n_condensed", "n_vented", "n_bubbles", "n_vapour")
 LEDGER = {"openmp": 1e-10, "double": 1e-10, "single": 1e-4}  # measured 3e-14 and 4e-6
 
@@ -134,35 +136,60 @@ import pyopencl.array
 from pysph_boiling.examples import scene_class
 from pysph_boiling.schemes.integrator import PBFIntegrator
 
-fetched, steps, get, step = [], [], pyopencl.array.Array.get, PBFIntegrator.step
+fetched, sent, steps = [], [], []
+get, put, step = pyopencl.array.Array.get, pyopencl.array.Array.set, PBFIntegrator.step
 
 def counting(self, *args, **kwargs):
     fetched.append(self.nbytes)
     return get(self, *args, **kwargs)
 
-def counted(self, time, dt):
-    fetched.clear()
-    step(self, time, dt)
-    own = list(fetched)  # of the step itself; tools come after it
-    phase, joined = (get(self.arrays[0].gpu.get_device_array(name).dev) for name in ("phase", "joined"))
-    steps.append(dict(n=len(phase), vapour=int(np.sum(phase == 3)), members=int(np.sum(joined < 4294967295)),
-                      reads=len(own), total=sum(own), largest=max(own)))
+def counting_sent(self, array, *args, **kwargs):
+    sent.append(array.nbytes)
+    return put(self, array, *args, **kwargs)
 
-pyopencl.array.Array.get, PBFIntegrator.step = counting, counted
-scene_class("explosive_boiling")().run(sys.argv[1:])
+def counted(self, time, dt):
+    fetched.clear(), sent.clear()
+    step(self, time, dt)
+    own, given = list(fetched), list(sent)  # of the step itself; tools come after it
+    phase, joined = (get(self.arrays[0].gpu.get_device_array(name).dev) for name in ("phase", "joined"))
+    vapour = int(np.sum(phase == 3))
+    members = int(np.sum(joined < 4294967295)) if vapour else 0  # without a bubble nothing has joined one yet
+    steps.append(dict(n=len(phase), vapour=vapour, members=members,
+                      reads=len(own), total=sum(own), largest=max(own), writes=len(given), given=max(given)))
+
+pyopencl.array.Array.get, pyopencl.array.Array.set, PBFIntegrator.step = counting, counting_sent, counted
+scene_class(sys.argv[1])().run(sys.argv[2:])
 print(json.dumps(steps))
 """
 
 
-def test_a_step_fetches_numbers_and_the_vapour_and_no_more(tmp_path):
-    options, _ = SCENES["burst"]
-    done = subprocess.run([sys.executable, "-c", COUNT, *options, *BACKENDS["double"], "--max-steps", "8",
-                           "--disable-output"],
+def counted(scene, folder, steps, *options):
+    """What each step of a run fetched and sent, as a list of dicts; the first, which settles the start, is left out."""
+    done = subprocess.run([sys.executable, "-c", COUNT, scene, *options, "--max-steps", str(steps), "-d", str(folder)],
                           check=True, capture_output=True, text=True, env={"PYOPENCL_CTX": "0", **os.environ})
-    steps = json.loads(done.stdout.splitlines()[-1])[1:]  # the first settles the start
-    assert min(step["vapour"] for step in steps) > 20 and max(step["members"] for step in steps) > 20
+    return json.loads(done.stdout.splitlines()[-1])[1:]
+
+
+def assert_no_whole_property(steps, size):
+    """No step fetches or sends more than the vapour and what belongs to it, in numbers of ``size`` bytes."""
     for step in steps:
         some = step["vapour"] + step["members"]  # at the end of the step, when members may have become vapour
-        assert step["largest"] <= 8 * some < 8 * step["n"]
+        assert max(step["largest"], step["given"]) <= max(size * some, 64) < size * step["n"]
         assert step["total"] <= 16 * step["reads"] + 200 * some
-        assert step["reads"] <= 120
+        assert step["reads"] <= 90 and step["writes"] <= 90
+
+
+def test_a_step_fetches_numbers_and_the_vapour_and_no_more(tmp_path):
+    options, _ = SCENES["burst"]
+    steps = counted("explosive_boiling", tmp_path, 8, *options, *BACKENDS["double"], "--disable-output")
+    assert min(step["vapour"] for step in steps) > 20 and max(step["members"] for step in steps) > 20
+    assert_no_whole_property(steps, 8)
+
+
+def test_steady_boiling_in_single_precision_copies_no_property_and_closes_its_ledger(tmp_path):
+    steps = counted("steady_boiling", tmp_path, 80, *STEADY, *BACKENDS["single"])
+    results = dict(np.load(tmp_path / "results.npz"))
+    assert results["n_nucleated"][-1] >= 10 and results["n_vapour"][-1] >= 10
+    assert_no_whole_property(steps, 4)
+    assert np.max(np.abs(results["energy_residual"])) <= LEDGER["single"]
+    assert np.all(results["mass_residual"] == 0.0)
