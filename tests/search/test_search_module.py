@@ -71,7 +71,7 @@ def test_flags_keep_sums_exact_on_compilers_that_know_them(monkeypatch):
     sorted_cells.exact_flags.cache_clear()
 
 
-def test_an_application_gets_the_search_for_its_kernel_and_options():
+def test_an_application_gets_the_search_for_its_kernel_and_options(monkeypatch):
     from types import SimpleNamespace
 
     from pysph.base.utils import get_particle_array
@@ -85,4 +85,5 @@ def test_an_application_gets_the_search_for_its_kernel_and_options():
     options.kernel = "QuinticSpline"
     assert search_for(application).radius_scale == 3.0
     options.with_opencl = True
-    assert search_for(application) is None
+    monkeypatch.setattr(sorted_cells, "device_cell_nnps", lambda: dict)  # the class itself needs a device
+    assert search_for(application) == dict(dim=1, particles=[pa], radius_scale=3.0, domain=None)
