@@ -13,6 +13,7 @@ from pathlib import Path
 from PIL import Image
 
 from pysph_boiling.analysis.rendering import DPI, MARGINS
+from pysph_boiling.schemes.looks import LOOKS
 
 ROOT = Path(__file__).parents[1]
 WORK, OUT = ROOT / "build" / "pictures", ROOT / "docs" / "pictures"
@@ -36,6 +37,7 @@ SCENES = {
     "dam_break": ([], [], 25),
     "heated_slab": ([], ["--colour", "temperature"], 8),
 }
+SCENES |= {f"look_{look}": (["--flat", "--look", look, "--frame", "0.05"], [], 45) for look in LOOKS}
 
 
 def chosen(names):
@@ -74,7 +76,8 @@ def main():
         run, view, number = SCENES[scene]
         folder = WORK / f"{scene}_output"
         if not (folder / "frames.png").exists():
-            command("run", scene, *run, "--quiet", "--no-pictures")
+            name = "steady_boiling" if scene.startswith("look_") else scene
+            command("run", name, *run, "--quiet", "--no-pictures", "-d", folder.name)
             command("render", folder.name, *view)
         frames = sorted((folder / "frames").glob("frame_*.png"))
         box = inside(frames[number], view)

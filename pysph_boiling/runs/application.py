@@ -48,6 +48,7 @@ from pysph_boiling.runs.resume import Resumed, scheme_settings, with_units
 from pysph_boiling.schemes.effects import Heater, check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.forms import FORMS, chosen, forms_in
+from pysph_boiling.schemes.looks import LOOKS, effects_in_look, parameters_in_look
 from pysph_boiling.schemes.modes import MODES, effects_in_mode, widen_sites
 from pysph_boiling.schemes.options import add_former_options, add_material_options, chosen_material, described
 from pysph_boiling.schemes.quality import QUALITIES
@@ -301,6 +302,9 @@ class SceneApplication(Application):
                            help="model of boiling: " + "; ".join(
                                f"{name} ({row.source}), which stores latent heat {row.storage}" for name, row in
                                MODES.items()) + ". The default, dynamic, leaves the scene as it is")
+        group.add_argument("--look", choices=tuple(LOOKS), default=None,
+                           help="how a boil over sites looks: " + "; ".join(
+                               f"{name}, {row.seen}" for name, row in LOOKS.items()) + ". Other options override it")
         group.add_argument("--forms", default="ours", metavar="ours|paper|NAME,...",
                            help="forms of the effects: ours (default), the paper's own, or the paper's for some: "
                                 f"{', '.join(FORMS)} (schemes/forms.py). Other options override them")
@@ -323,6 +327,8 @@ class SceneApplication(Application):
         self.laws = {}  # parameter -> law, of those that follow from the fluid
         self.material = chosen_material(self.options, type(self).material)
         given = dict(self.variants.get(self.options.variant, {}))
+        if self.options.look is not None:
+            given |= parameters_in_look(self.options.look, [spec.name for spec in dataclasses.fields(self.Parameters)])
         for spec in dataclasses.fields(self.Parameters):
             value, law = getattr(self.options, f"scene.{spec.name}"), spec.metadata.get("law")
             if value is not None:
@@ -355,6 +361,8 @@ class SceneApplication(Application):
             check_temperatures(p, option, self.scheme.material)
         if options.quality is not None:
             self.scheme.set_quality(options.quality)
+        if options.look is not None:
+            self.scheme.effects = effects_in_look(options.look, self.scheme.effects)
         self.scheme.effects = effects_in_mode(options.mode, self.scheme.effects)
         self.scheme.consume_user_options(options)
         if options.effects == "auto":
