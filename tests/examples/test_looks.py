@@ -10,8 +10,8 @@ from pysph_boiling.schemes.looks import LOOKS, effects_in_look
 
 SMALL = ["--flat", "--width", "36", "--fill", "20", "--sites", "4", "--duration", "2", "--frame", "0.05"]
 # Departures, their median size in particles, share of vapour, particles in drops above the pool. Measured with seed 0:
-# calm 3, 10, .015, 0.6; rolling 7, 31, .083, 0.5; violent 78, 8.5, .073, 34. With seed 1 calm 2, 9.5, .013, 0.2; rolling
-# 9, 21, .084, 0.3.
+# calm 3, 10, .015, 0.6; rolling 7, 31, .083, 0.5; violent 78, 8.5, .073, 34. With seed 1: calm 2, 9.5, .013, 0.2;
+# rolling 9, 21, .084, 0.3.
 EXPECTED = {
     "calm": ((1, 8), (5, 18), (0.004, 0.04), (0, 4)),
     "rolling": ((3, 16), (15, 60), (0.05, 0.15), (0, 6)),

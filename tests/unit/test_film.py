@@ -200,7 +200,7 @@ def test_bad_requests_leave_what_was_there(run_folder, ply, monkeypatch, capsys)
     flat, again, cut, usd = capsys.readouterr().err.splitlines()
     assert flat == again and "three dimensions, but this scene has 2" in flat
     assert "manifold3d is missing: pip install 'pysph_boiling[film]'" in cut
-    assert 'pip install "pysph_boiling[film]"' in usd
+    assert "pip install 'pysph_boiling[film]'" in usd
     assert before == sorted((path.name, path.stat().st_mtime_ns) for path in ply.iterdir())
 
 
