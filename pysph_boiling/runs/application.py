@@ -303,8 +303,7 @@ class SceneApplication(Application):
                                f"{name} ({row.source}), which stores latent heat {row.storage}" for name, row in
                                MODES.items()) + ". The default, dynamic, leaves the scene as it is")
         group.add_argument("--look", choices=tuple(LOOKS), default=None,
-                           help="how a boil over sites looks: " + "; ".join(
-                               f"{name}, {row.seen}" for name, row in LOOKS.items()) + ". Other options override it")
+                           help="how a boil over sites looks (docs/looks.md); other options override it")
         group.add_argument("--forms", default="ours", metavar="ours|paper|NAME,...",
                            help="forms of the effects: ours (default), the paper's own, or the paper's for some: "
                                 f"{', '.join(FORMS)} (schemes/forms.py). Other options override them")
