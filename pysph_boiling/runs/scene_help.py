@@ -14,7 +14,7 @@ MAIN = {
     "duration and output": ("--duration", "--frame", "--seed", "--directory", "--resume", "--post-process",
                             "--no-pictures", "--quiet", "--disable-output", "--results-every"),
     "accuracy": ("--quality", "--spacing", "--substeps"),
-    "model": ("--material", "--look", "--mode", "--effects", "--forms", "--describe"),
+    "model": ("--material", "--mode", "--effects", "--forms", "--describe"),
     "machine": ("--no-openmp", "--opencl", "--cuda", "--no-lean"),
 }
 TOPICS = {
