@@ -16,6 +16,7 @@ FLUIDS = ["CoolProp"]
 VIEW = [EMBREE, "pysplashsurf", "imageio-ffmpeg", "pillow", "pyvisfile"]
 FILM = ["pysplashsurf", "manifold3d", "usd-core"]
 WATCH = ["viser>=1.0", "trimesh"]
+MESH = ["trimesh", "rtree"]
 DOCS = ["sphinx", "myst-nb", "sphinx-gallery", "furo"]
 
 setup(
@@ -33,16 +34,17 @@ setup(
                   "pysph_boiling.evaluation": ["validation/*.md", "validation/*/*"],
                   "pysph_boiling.evaluation.accuracy": ["*.json"], "pysph_boiling.evaluation.stress": ["*.json"],
                   "pysph_boiling.search": ["*.h", "*.pyx"], "pysph_boiling.native": ["*.h", "*.pyx"]},
-    install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib"],
+    install_requires=[*PYSPH, "scipy", "h5py", "rich", "matplotlib", "tomlkit"],
     extras_require={
         "test": ["pytest", "pytest-xdist", "hypothesis", "iapws", "pyvista", "xarray", *FLUIDS, *VIEW, *FILM, *WATCH,
-                 *OPENCL, *DOCS, NVRTC],
+                 *MESH, *OPENCL, *DOCS, NVRTC],
         "mpi": ["mpi4py", "pyzoltan"],
         "opencl": OPENCL,
         "fluids": FLUIDS,
         "view": VIEW,
         "film": FILM,
         "watch": WATCH,
+        "mesh": MESH,
         "analysis": ["xarray"],
         "docs": DOCS,
     },

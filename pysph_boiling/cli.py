@@ -1,4 +1,5 @@
 """The command ``pysph-boiling``: list and run the example scenes."""
+import dataclasses
 import os
 import sys
 import time
@@ -146,12 +147,28 @@ def run(arguments):
     from pysph_boiling.runs.application import SceneApplication
     from pysph_boiling.schemes.cache import checked
 
-    app = scene_class(name)()
+    app = file_scene(name) if name.endswith(".toml") else scene_class(name)()
     if app.num_procs > 1 and not isinstance(app, SceneApplication):
         raise ValueError(f"{name} uses a scheme of PySPH, which we do not run on several MPI ranks: run it on one")
     app.arg_parse.prog = f"pysph-boiling run {name}"
     with checked():
         app.run(openmp_arguments(rest, app.num_procs) + rest)
+
+
+def file_scene(path):
+    """The application of the scene in a TOML file."""
+    from pysph_boiling.runs.application import SceneApplication
+    from pysph_boiling.runs.described import DescribedScene
+    from pysph_boiling.runs.scene_file import SceneFileError, read_scene
+
+    def application(scene):
+        cls = DescribedScene if scene is None else scene_class(scene)
+        if not issubclass(cls, SceneApplication):
+            raise SceneFileError(f"{path}: {scene} uses a scheme of PySPH, and cannot be started from a file")
+        return cls
+
+    file = read_scene(path, lambda scene: [spec.name for spec in dataclasses.fields(application(scene).Parameters)])
+    return application(file.scene)(file=file)
 
 
 def bubbles(arguments):
@@ -199,7 +216,7 @@ def stress(arguments):
 USAGE = """usage: pysph-boiling COMMAND [options]
 
   list                 list the scenes
-  run SCENE [options]  run a scene (pysph-boiling run SCENE --help lists its options)
+  run SCENE [options]  run a scene, or one in a TOML file (pysph-boiling run SCENE --help lists its options)
   render DIR           draw the pictures of a run again, make a movie, or export to ParaView, Blender or USD
   view DIR [--live]    show a run in the browser, or follow one that is being written
   bubbles DIR          say when and where bubbles depart in runs, how large they are and how they look

@@ -127,8 +127,8 @@ class SchemeError(ValueError):
 
 def as_typed(error, slots):
     """An error's message in terms of the command line: ``--heater.temperature`` for ``heater.temperature``."""
-    return re.sub(rf"(?<![-.\w])({'|'.join(['scene', *slots])})\.[a-zA-Z]\w*", lambda found: option(found[0]),
-                  getattr(error, "typed", str(error)))
+    named = rf"(?<![-./\w])({'|'.join(['scene', *slots])})\.(?!toml\b)[a-zA-Z]\w*"
+    return re.sub(named, lambda found: option(found[0]), getattr(error, "typed", str(error)))
 
 
 def nearest(name, known, shown=None):

@@ -30,10 +30,11 @@ from scipy.spatial import cKDTree
 from pysph_boiling.names import whole_number
 
 __all__ = [
-    "BASE_PROPERTIES", "NO_BUBBLE", "ROUGHNESS", "WALL_PROPERTIES", "Property", "add_properties", "akinci_volume",
+    "BASE_PROPERTIES", "NO_BUBBLE", "ROUGHNESS", "WALL_PROPERTIES", "TABLES", "Property", "add_properties",
+    "akinci_volume",
     "box_vessel", "check_heaters", "cylinder_vessel", "fill", "fluid_array", "fluid_block", "host", "lattice_density",
-    "portion", "positions", "rows", "site_array", "sites_on_base", "sites_on_disc", "vector", "wall_array",
-    "weigh_walls",
+    "portion", "positions", "rows", "site_array", "sites_on_base", "sites_on_disc", "surface_places", "vector",
+    "wall_array", "weigh_walls",
 ]
 
 ROUGHNESS = 0.3  # spacings: displacement of the particles of rough walls, at which a pool has no layers along them
@@ -106,6 +107,7 @@ WALL_PROPERTIES = (
 )
 
 PYSPH_PROPERTIES = ("gid", "pid", "tag")  # PySPH's own bookkeeping, in every array
+TABLES = ("room",)  # large constants that every start makes anew, so that particle files leave them out
 
 
 def add_properties(pa: ParticleArray, properties: Iterable[Property]) -> None:
@@ -483,6 +485,41 @@ def sites_on_disc(count: int, *, radius: float, pattern: str = "regular", seed: 
         away, turn = radius * np.sqrt((number + 0.5) / count), number * np.pi * (3.0 - np.sqrt(5.0))
         points[:, :2] = np.column_stack([away * np.cos(turn), away * np.sin(turn)])
     return points
+
+
+def surface_places(count: int, candidates: np.ndarray, *, dim: int, pattern: str = "regular",
+                   seed: int = 0) -> np.ndarray:
+    """``count`` of the ``candidates`` (n, 3) [m] on a surface, for nucleation sites.
+
+    ``pattern="regular"`` takes the one farthest from those taken before, again and again, beginning where ``seed``
+    says; ``"random"`` takes any that keep 0.7 mean distances to others. Errors: ``ValueError`` for fewer candidates.
+    """
+    count, random = _check_sites(count, pattern), np.random.default_rng(seed)
+    if count > len(candidates):
+        raise ValueError(f"{count} sites do not fit on the heaters, which have {len(candidates)} wall particles")
+    order = random.permutation(len(candidates))
+    if pattern == "random":
+        area = len(candidates) * _spacing_of(candidates) ** (dim - 1)
+        apart = SITES_APART * (area / count) ** (1.0 / (dim - 1))
+        while True:  # a curved or ragged surface may have less room
+            taken = []
+            for place in candidates[order]:
+                if all(np.linalg.norm(place - other) >= apart for other in taken):
+                    taken.append(place)
+                    if len(taken) == count:
+                        return np.array(taken)
+            apart *= 0.9
+    taken = [order[0]]
+    away = np.linalg.norm(candidates - candidates[order[0]], axis=1)
+    while len(taken) < count:
+        taken.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(candidates - candidates[taken[-1]], axis=1))
+    return candidates[taken]
+
+
+def _spacing_of(points):
+    """Median distance of points to their nearest neighbour [m]."""
+    return float(np.median(cKDTree(points).query(points, k=2)[0][:, 1])) if len(points) > 1 else 1.0
 
 
 def _check_sites(count, pattern):

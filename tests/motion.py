@@ -4,6 +4,7 @@ All kernels of the cloud sit in one compiled module; a group runs when its name 
 wall particles lie at random: half of the fluid is compressed, some of it hardly has a neighbour.
 """
 from copy import copy
+from functools import cache
 
 import numpy as np
 from harness import Evaluator, Stepper, random_cloud
@@ -11,7 +12,7 @@ from pysph.sph.equation import Group
 from sets import scheme
 
 from pysph_boiling.equations.artificial_pressure import PBFArtificialPressure
-from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
+from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer, PBFDistanceContainer
 from pysph_boiling.equations.density_constraint import (
     PBFDensitySwollen,
     PBFMove,
@@ -27,11 +28,12 @@ from pysph_boiling.equations.wall_multipliers import (
 )
 from pysph_boiling.equations.warm_start import PBFWarmStartSwollen
 from pysph_boiling.particles import box_vessel, fluid_array, fluid_block
+from pysph_boiling.rooms import Room, ball, box
 from pysph_boiling.schemes.effects import BoxContainer, DensityConstraint
 
 __all__ = [
-    "CYLINDER", "DEPTH", "DX", "N_FLUID", "RHO0", "ROUND_OFF", "STRENGTH", "WIDTH", "Kernels", "close", "cloud",
-    "column", "compile_kernels", "inside_box", "pairs", "reset", "tank",
+    "CYLINDER", "DEPTH", "DX", "INSET", "N_FLUID", "RHO0", "ROUND_OFF", "STRENGTH", "WIDTH", "Kernels", "close",
+    "cloud", "column", "compile_kernels", "inside_box", "pairs", "reset", "room_of", "tank",
 ]
 
 ROUND_OFF = 1e-12  # sums of some 80 terms, in another order than the compiled ones
@@ -39,7 +41,7 @@ RHO0 = 958.0
 N_FLUID, N_WALL = 60, 20
 LOWER, UPPER = (0.1, 0.2, 0.15), (0.8, 0.7, 0.9)
 CYLINDER = dict(centre=(0.4, 0.6), radius=0.3, bottom=0.1, top=0.8)
-DEPTH = 0.1  # of a contact
+DEPTH, INSET = 0.1, 0.02  # of a contact, and of a room
 STRENGTH = 3.0  # of the artificial pressure [m^2/s^2]
 DX = 0.01  # of the tank
 WIDTH, HEIGHT = 16, 24  # of the tank, spacings
@@ -72,6 +74,13 @@ def pairs(a, b, kernel):
     return W, G
 
 
+@cache
+def room_of(dim):
+    """The box of the cloud without a ball in its middle, on a coarse grid."""
+    middle = 0.5 * (np.array(LOWER) + UPPER)
+    return Room.of(box(LOWER[:dim], UPPER[:dim], dim).without([ball(middle[:dim], 0.12, dim)]), spacing=0.07)
+
+
 def compile_kernels(fluid, wall, *, dim, spacing):
     """The equations of the set "motion" with the parameters that the scheme gives them, and a cylinder."""
     motion = scheme("motion", dim=dim, spacing=spacing, changes=dict(container=BoxContainer(upper=(100.0,) * 3)))
@@ -81,6 +90,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
     for name in ("wall_lmbda", "wall_start", "wall_weight"):
         wall.add_property(name)
     fluid.add_constant("sweep_weight", [1.0, np.inf, 0.0])
+    fluid.add_constant("room", room_of(dim).values.ravel())
     by_name = {type(equation).__name__: equation for _, equation, _ in motion.terms()}
     container = dict(lower=LOWER, upper=UPPER) if dim == 3 else dict(lower=(*LOWER[:2], 0.0), upper=(*UPPER[:2], 0.0))
     kernels = Kernels([fluid, wall], {
@@ -112,6 +122,7 @@ def compile_kernels(fluid, wall, *, dim, spacing):
                                                 delay=2)],
         "box": [PBFBoxContainer("fluid", None, depth=DEPTH, **container)],
         "cylinder": [PBFCylinderContainer("fluid", None, depth=DEPTH, dim=dim, **CYLINDER)],
+        "room": [PBFDistanceContainer("fluid", None, room=room_of(dim), inset=INSET, depth=DEPTH)],
         "gravity": [by_name["PBFBodyForce"]],
         "viscosity": [by_name["PBFXSPHViscosity"]],
         "friction": [by_name["PBFWallFriction"]],

@@ -4,6 +4,7 @@ A test takes a set and changes sizes, dimension and parameters, which are run-ti
 that needs another set adds it here, or does without.
 """
 from pysph_boiling.materials import WATER_1ATM
+from pysph_boiling.rooms import Room, ball
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import (
     AmbientLoss,
@@ -15,6 +16,7 @@ from pysph_boiling.schemes.effects import (
     Condensation,
     Convection,
     CylinderContainer,
+    DistanceContainer,
     Drag,
     Expansion,
     HeatConduction,
@@ -45,6 +47,7 @@ SETS = {
     "pressed": dict(container=BoxContainer(), viscosity=XSPHViscosity(), artificial_pressure=ArtificialPressure(),
                     wall_multipliers=WallMultipliers()),
     "cylinder": dict(container=CylinderContainer()),
+    "room": dict(container=DistanceContainer(room=Room.of(ball((0.5, 0.5), 0.62, dim=2), spacing=0.1))),
     "slab": dict(density=None, heat=HeatConduction(), heater=Heater(temperature=353.15)),  # examples/heated_slab.py
     "exchange": dict(density=None, heat=HeatConduction(laplacian="paper"), heater=Heater(flux=1e4),
                      loss=AmbientLoss(), source=HeatSource(density=1e6)),

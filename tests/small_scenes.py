@@ -11,7 +11,8 @@ SMALL = {  # scene -> options that make it small
     "cooling": [*POOL, "--sites", "2"], "rolling_boil": [*POOL, "--sites", "2"],
     "explosive_boiling": POOL, "bubble_rise": BUBBLE, "bubble_held": BUBBLE,
     "bubble_merge": BUBBLE, "bubble_split": BUBBLE, "dam_break": ["--quick"], "heated_slab": [],
-    "geyser": ["--flat", "--chamber", "5", "--chamber-height", "4", "--pool", "6", "--vent-height", "4", "--sky", "6"]}
+    "geyser": ["--flat", "--chamber", "5", "--chamber-height", "4", "--pool", "6", "--vent-height", "4", "--sky", "6"],
+    "vessel": ["--radius", "0.016", "--sites", "2"]}
 
 
 def built(name, *options):

@@ -35,6 +35,7 @@ SCENES = {
     "pulsating_boil": (["--demo", "--frame", "0.025"], SURFACE, 48),
     "bubble_held": ([], SURFACE, 34),
     "dam_break": ([], [], 25),
+    "vessel": (["--demo"], [], 28),
     "heated_slab": ([], ["--colour", "temperature"], 8),
 }
 SCENES |= {f"look_{look}": (["--flat", "--look", look, "--frame", "0.05"], [], 45) for look in LOOKS}

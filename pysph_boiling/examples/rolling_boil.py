@@ -6,7 +6,7 @@ Run time    about 4 minutes on two cores (3-D, 35,616 particles, 2,160 steps for
             ``--flat``. The first run also compiles.
 Command     pysph-boiling run rolling_boil
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from pysph_boiling.particles import (
     sites_on_disc,
 )
 from pysph_boiling.phases import Phase
+from pysph_boiling.runs.scene_file import HeatedPart, Vessel
 from pysph_boiling.schemes.effects import CylinderContainer, param
 
 
@@ -94,6 +95,16 @@ class RollingBoil(SteadyBoiling):
             points = sites_on_disc(p.sites, radius=p.heated * radius, pattern=p.pattern, seed=p.seed)
         return [fluid, wall, site_array(points, reach=2.4 * p.spacing, spacing=p.spacing,
                                         activation=self.activation(p))]
+
+    def described(self, p):
+        found, radius = super().described(p), self.radius(p)
+        height, half, thick = (1.0 + p.headroom) * p.fill * p.spacing, p.heated * radius, 0.5 * p.spacing
+        part = dict(cylinder=dict(start=[0.0, 0.0, -thick], radius=half, height=2.0 * thick)) if p.dim == 3 else dict(
+            box=[[-half, -thick], [half, thick]])
+        return replace(
+            found, vessel=Vessel(cylinder=dict(radius=radius, height=height)),
+            fluids=(replace(found.fluids[0], fill=1.0 / (1.0 + p.headroom)),),
+            heaters=(HeatedPart(**part, temperature=found.heaters[0].temperature),))
 
     def facts(self):
         facts, name = super().facts(), "time to boil dry at that flux"

@@ -20,27 +20,11 @@ from pysph_boiling.cavities import activation_superheat, cavity_radii
 from pysph_boiling.checks import require
 from pysph_boiling.particles import box_vessel, fluid_block, site_array, sites_on_base
 from pysph_boiling.runs.application import SceneApplication, SceneParameters, upright_box
+from pysph_boiling.runs.described import described_content
+from pysph_boiling.runs.scene_file import Description, Fluid, HeatedPart, Sites, Vessel
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import (
-    ArtificialPressure,
-    BoxContainer,
-    BubbleLabels,
-    Buoyancy,
-    Cohesion,
-    Condensation,
-    DensityConstraint,
-    Drag,
-    HeatConduction,
-    Heater,
-    LatentPooling,
-    PhaseChange,
-    PresetNucleation,
-    SiteAdhesion,
-    Venting,
-    WallMultipliers,
-    XSPHViscosity,
-    param,
-)
+from pysph_boiling.schemes.effects import BoxContainer, Heater, param
+from pysph_boiling.schemes.recipes import ADHESION, K_BUBBLE, boiling_effects
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,12 +65,7 @@ class SteadyBoiling(SceneApplication):
         "fine": dict(spacing=0.002, width=56, fill=52, sites=30, time_scaling=400.0),
     }
 
-    # Adhesion of sites with cavities of their own, in units of gravity. It is less than the cohesion of 5 g, so that a
-    # bubble leaves whole, while it is small, and the departures of a site depend on its neighbours.
-    ADHESION = {2: 4.0, 3: 3.0}
-    # Of their buoyancy. With 1.5, the default, bubbles in 3-D are twice as large; with 2.5 the median one of --demo has
-    # seven particles at departure instead of ten.
-    K_BUBBLE = {2: None, 3: 2.0}
+    ADHESION, K_BUBBLE = ADHESION, K_BUBBLE
 
     def box(self, p):
         """Inner corners of the vessel [m]; its top, half a filling above the water, is the lid."""
@@ -94,26 +73,15 @@ class SteadyBoiling(SceneApplication):
 
     def make_scheme(self, p):
         lower, upper = self.box(p)
-        material, own_cavities = self.material, p.smallest_cavity > 0.0
+        material = self.material
         return BoilingScheme(
             ["fluid"], ["wall"], dim=p.dim, spacing=p.spacing, sites=["sites"], material=material,
-            density=DensityConstraint(max_sweeps=4, tolerance=5e-3),
             container=BoxContainer(lower=lower, upper=upper),
-            viscosity=XSPHViscosity(),
-            wall_multipliers=WallMultipliers(),
-            artificial_pressure=ArtificialPressure(),
-            heat=HeatConduction(time_scaling=p.time_scaling),
             heater=Heater(temperature=material.T_sat + p.superheat),
-            phases=PhaseChange(),
-            preset_nucleation=PresetNucleation(activation=own_cavities, embryo=p.embryo, seed=p.seed),
-            bubbles=BubbleLabels(),
-            condensation=Condensation(),
-            pooling=LatentPooling(),
-            buoyancy=Buoyancy(k_bubble=self.K_BUBBLE[p.dim] if own_cavities else None),
-            cohesion=Cohesion(),
-            adhesion=SiteAdhesion(strength=self.ADHESION[p.dim] if own_cavities else None),
-            drag=Drag(),
-            venting=Venting(mode="lid", T_feed=material.T_sat - p.subcooling))
+            **boiling_effects(
+                time_scaling=p.time_scaling, own_cavities=p.smallest_cavity > 0.0, embryo=p.embryo, seed=p.seed,
+                adhesion=self.ADHESION[p.dim], k_bubble=self.K_BUBBLE[p.dim],
+                T_feed=material.T_sat - p.subcooling))
 
     def make_particles(self, p, scheme):
         lower, upper = self.box(p)
@@ -137,6 +105,28 @@ class SteadyBoiling(SceneApplication):
         radii = cavity_radii(p.sites, smallest=p.smallest_cavity, largest=p.largest_cavity or np.inf,
                              seed=[p.seed, 1])  # a stream of its own
         return activation_superheat(radii, self.material)
+
+    def described(self, p):
+        """The scene as a :class:`~pysph_boiling.runs.scene_file.Description`, for ``--write-scene``."""
+        _, upper = self.box(p)
+        middle, half, thick = 0.5 * p.width * p.spacing, 0.5 * p.heated * p.width * p.spacing, 0.5 * p.spacing
+        across = p.dim - 1
+        return Description(
+            vessel=Vessel(box=list(upper[:p.dim]), lid=True),
+            fluids=(Fluid(fill=p.fill * p.spacing / upper[across], temperature=self.material.T_sat - p.subcooling),),
+            heaters=(HeatedPart(box=[[middle - half] * across + [-thick], [middle + half] * across + [thick]],
+                                temperature=self.material.T_sat + p.superheat),),
+            sites=self.described_sites(p))
+
+    def described_sites(self, p):
+        """The sites for :meth:`described`."""
+        return Sites(number=p.sites, pattern=p.pattern, smallest_cavity=p.smallest_cavity,
+                     largest_cavity=p.largest_cavity, embryo=p.embryo)
+
+    def scene_content(self):
+        p = self.parameters
+        names = ("duration", "frame", "substeps", "seed", "dim", "spacing", "time_scaling")
+        return described_content(self, self.described(p), {name: getattr(p, name) for name in names})
 
     def start_temperature(self, p):
         return self.material.T_sat - p.subcooling

@@ -7,12 +7,13 @@ Run time    about 3 minutes on two cores (3-D, 20,384 particles, 2,880 steps for
             ``--flat``. The first run also compiles.
 Command     pysph-boiling run superheat_sites --sites 16
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pysph_boiling.checks import require
 from pysph_boiling.examples.steady_boiling import SteadyBoiling, SteadyBoilingParameters
+from pysph_boiling.runs.scene_file import Fluid
 from pysph_boiling.schemes.effects import AmbientLoss, DynamicNucleation, param
 
 AMBIENT = 80.0  # K, how far the air over water at 373.15 K is below saturation
@@ -54,6 +55,14 @@ class SuperheatSites(SteadyBoiling):
                              T_ambient=self.material.T_sat - self.in_proportion(AMBIENT, "L/c_l")),
             dynamic_nucleation=DynamicNucleation(superheat_limit=p.superheat_limit, radius=p.region_radius))
         return scheme
+
+    def described(self, p):
+        found = super().described(p)
+        if not p.start_superheat:
+            return found
+        (pool,) = found.fluids
+        return replace(found, fluids=(Fluid(fill=0.25 * pool.fill, temperature=float(self.start_temperature(p)[0])),
+                                      replace(pool, fill=0.75 * pool.fill)))
 
     def start_temperature(self, p):
         cold = super().start_temperature(p)

@@ -12,7 +12,7 @@
 
 #define SWEEP_BLOCK 256                 /* particles whose sums are added up first */
 
-enum { NO_CONTAINER, BOX, CYLINDER };
+enum { NO_CONTAINER, BOX, CYLINDER, ROOM };
 
 typedef struct {
     PairKernel kernel;
@@ -20,6 +20,8 @@ typedef struct {
     double m, rho_rest, eps, omega, max_displacement, nudge;
     double depth, low[3], high[3];      /* box; of a cylinder low[2] and high[2] are its ends */
     double centre[2], radius;
+    long ny, nz;                        /* of a room: nodes of its grid, their last places, and its first node */
+    double end[3], origin[3], per, inset;   /* per: nodes per length */
     double strength, reach, stiffness, dt;      /* of cohesion */
 } SweepModel;
 
@@ -29,6 +31,7 @@ typedef struct {                        /* of the fluid */
     double *q_lmbda;                                    /* NULL for plain sweeps */
     double *rho, *lmbda, *impulse, *compression, *left_over;
     int *limited, *contacts, *projected;                /* the last two: NULL without a container */
+    const double *room;                                 /* signed distances of a container of the kind ROOM */
     const double *swell;                                /* NULL: 1 everywhere */
     const unsigned int *uid;
     const int *phase;                                   /* NULL without cohesion */
@@ -169,12 +172,42 @@ static void set_apart(const SweepModel *p, const SweepFluid *fluid, const PairSo
     }
 }
 
+/* The displacement d that takes particle i into the room, as PBFDistanceContainer computes it. */
+static void into_room(const SweepModel *p, const SweepFluid *fluid, long i, double *d) {
+    const double at[3] = {fluid->x[i], fluid->y[i], fluid->z[i]};
+    const long ny = p->ny, nz = p->nz;
+    d[0] = d[1] = d[2] = 0.0;
+    for (int turn = 0; turn < 4; turn++) {
+        double f[3];
+        long cell[3];
+        for (int axis = 0; axis < 3; axis++) {
+            f[axis] = smaller(larger((at[axis] + d[axis] - p->origin[axis]) * p->per, 0.0), p->end[axis]);
+            cell[axis] = (long)f[axis];
+            f[axis] -= cell[axis];
+        }
+        const double *a = fluid->room + (cell[0]*ny + cell[1])*nz + cell[2], *b = a + ny*nz;
+        const double x00 = b[0] - a[0], x01 = b[1] - a[1], x10 = b[nz] - a[nz], x11 = b[nz + 1] - a[nz + 1];
+        const double y00 = a[0] + x00*f[0], y01 = a[1] + x01*f[0];
+        const double y10 = a[nz] + x10*f[0] - y00, y11 = a[nz + 1] + x11*f[0] - y01;
+        const double z0 = y00 + y10*f[1], z1 = y01 + y11*f[1] - z0, missing = p->inset - z0 - z1*f[2];
+        if (!(missing > 0.0)) return;
+        const double gx = ((x00 + (x10 - x00)*f[1])*(1.0 - f[2]) + (x01 + (x11 - x01)*f[1])*f[2]) * p->per;
+        const double gy = (y10*(1.0 - f[2]) + y11*f[2]) * p->per, gz = z1 * p->per;
+        const double size = missing / larger(gx*gx + gy*gy + gz*gz, 0.25);
+        d[0] += size*gx; d[1] += size*gy; d[2] += size*gz;
+    }
+}
+
 static void contain(const SweepModel *p, const SweepFluid *fluid, long i, double feels) {
     double x = fluid->x[i], y = fluid->y[i], z = fluid->z[i];
     if (p->container == BOX) {
         x = smaller(larger(x, p->low[0]), p->high[0]);
         y = smaller(larger(y, p->low[1]), p->high[1]);
         z = smaller(larger(z, p->low[2]), p->high[2]);
+    } else if (p->container == ROOM) {
+        double d[3];
+        into_room(p, fluid, i, d);
+        x += d[0]; y += d[1]; z += d[2];
     } else {
         const double rx = x - p->centre[0], ry = p->kernel.deep ? y - p->centre[1] : 0.0, r = sqrt(rx*rx + ry*ry);
         if (r > p->radius) {

@@ -11,7 +11,7 @@ from cyarray.carray cimport DoubleArray, IntArray, UIntArray
 from pysph.base.nnps_base cimport NNPS
 
 cdef extern from "exchange.h" nogil:
-    enum: NO_CONTAINER, BOX, CYLINDER, SWEEP_BLOCK, VAPOUR
+    enum: NO_CONTAINER, BOX, CYLINDER, ROOM, SWEEP_BLOCK, VAPOUR
     ctypedef struct PairKernel:
         double h, ratio, w_scale, g_scale
         int wendland, deep
@@ -27,6 +27,10 @@ cdef extern from "exchange.h" nogil:
         double low[3]
         double high[3]
         double centre[2]
+        long ny, nz
+        double end[3]
+        double origin[3]
+        double per, inset
     ctypedef struct SweepFluid:
         long n
         double *x
@@ -47,6 +51,7 @@ cdef extern from "exchange.h" nogil:
         int *limited
         int *contacts
         int *projected
+        const double *room
         const double *swell
         const unsigned int *uid
         const int *phase
@@ -313,8 +318,8 @@ cdef class DensitySweeps(FluidSums):
         free(self.pushes)
 
     def __init__(self, *, double rho_rest, double eps, double omega, double max_displacement, double nudge,
-                 bint carries=False, bint swollen=False, double depth=0.0, box=None, cylinder=None, cohesion=None,
-                 **options):
+                 bint carries=False, bint swollen=False, double depth=0.0, box=None, cylinder=None, room=None,
+                 cohesion=None, **options):
         cdef SweepModel *p = &self.model
         super().__init__(**options)
         p.rho_rest, p.eps, p.omega, p.nudge, p.depth = rho_rest, eps, omega, nudge, depth
@@ -328,6 +333,11 @@ cdef class DensitySweeps(FluidSums):
         if cylinder:
             p.container = CYLINDER
             p.centre[0], p.centre[1], p.radius, p.low[2], p.high[2] = cylinder
+        if room:
+            p.container = ROOM
+            p.ny, p.nz, end, origin, p.per, p.inset = room
+            for k in range(3):
+                p.end[k], p.origin[k] = end[k], origin[k]
         self.coheres = cohesion is not None
         if self.coheres:
             p.strength, p.reach, p.stiffness = cohesion
@@ -364,6 +374,8 @@ cdef class DensitySweeps(FluidSums):
         f.contacts = f.projected = NULL
         if self.model.container != NO_CONTAINER:
             f.contacts, f.projected = counter(pa, "contacts"), counter(pa, "projected")
+        if self.model.container == ROOM:
+            f.room = (<DoubleArray?>pa.constants["room"]).data
         self.take_up_walls(walls)
         self.extrapolated = list(extrapolated)
         self.pushes = self.point_at_walls(self.pushes, self.push_records, walls if extrapolated else ())

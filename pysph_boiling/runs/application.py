@@ -45,6 +45,7 @@ from pysph_boiling.runs.ledger import Ledger, write_json
 from pysph_boiling.runs.progress import Dry, Interrupt, Progress, Stopped, plain_warnings
 from pysph_boiling.runs.provenance import origin
 from pysph_boiling.runs.resume import Resumed, scheme_settings, with_units
+from pysph_boiling.runs.scene_file import effect_changes, effects_from, parameters_from, scene_text
 from pysph_boiling.schemes.effects import Heater, check_parameters, check_temperatures, param
 from pysph_boiling.schemes.effects.venting import VentingTool
 from pysph_boiling.schemes.forms import FORMS, chosen, forms_in
@@ -252,6 +253,30 @@ class SceneApplication(Application):
         """Bubbles that left through the surface: list of (time [s], particles); empty in a scene without venting."""
         return [event for tool in self.tools if isinstance(tool, VentingTool) for event in tool.events]
 
+    def scene_content(self):
+        """The content of a scene file that makes this run: this scene, its parameters, and the effects that differ."""
+        given = {spec.name: getattr(self.parameters, spec.name) for spec in dataclasses.fields(self.parameters)}
+        changed = effect_changes(self.scene_effects, self.scheme.effects)
+        return {"scene": self.scene_name(), "parameters": {name: v for name, v in given.items() if v is not None},
+                **({"effects": changed} if changed else {})}
+
+    def write_scene(self, path):
+        """Write :meth:`scene_content` to a new file; raises ``FileExistsError`` if there is one."""
+        meant = {}
+        for prefix, one in (("", self.parameters), ("parameters.", self.parameters),
+                            *((f"effects.{slot}.", effect) for slot, effect in self.scheme.effects.items())):
+            for spec in dataclasses.fields(one):
+                if "unit" in spec.metadata:
+                    unit = "" if spec.metadata["unit"] == "-" else f" [{spec.metadata['unit']}]"
+                    meant[prefix + spec.name] = spec.metadata["meaning"] + unit
+        fluid = {name: value for name in ("material", "pressure") if (value := getattr(self.options, name)) is not None}
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(scene_text(fluid | self.scene_content(), meant))
+
+    def settings_of_scene(self):
+        """Parts of the scene's description that must not change when a run is resumed: name -> value."""
+        return {}
+
     def resolve(self, arguments):
         """Text with all parameters of scene and effects that follow from command-line arguments; runs nothing."""
         self.set_args(list(arguments))
@@ -262,7 +287,10 @@ class SceneApplication(Application):
 
     # --- PySPH's Application protocol ---------------------------------------------------------------------------------
 
-    def __init__(self, fname=None, output_dir=None, domain=None):
+    def __init__(self, fname=None, output_dir=None, domain=None, file=None):
+        self.file = file  # the SceneFile that this scene was read from, or None
+        if file is not None:
+            fname, self.title = fname or file.name, file.name
         super().__init__(fname=fname or scene_name(type(self)), output_dir=output_dir, domain=domain)
 
     def initialize(self):
@@ -321,18 +349,24 @@ class SceneApplication(Application):
                            help="draw no plots and pictures at the end")
         group.add_argument("--describe", action="store_true", default=False,
                            help="print the stages and groups of a time step and the effects behind them, then stop")
+        group.add_argument("--write-scene", dest="write_scene", default=None, metavar="FILE",
+                           help="write this scene as a TOML file, which 'pysph-boiling run FILE' runs, then stop")
 
     def consume_user_options(self):
         self.laws = {}  # parameter -> law, of those that follow from the fluid
+        given = parameters_from(self.file, self.Parameters) if self.file else {}
+        own = set(given)  # as they are, whatever the fluid
+        if self.file and self.options.material is None and self.options.pressure is None:
+            self.options.material, self.options.pressure = self.file.material, self.file.pressure
         self.material = chosen_material(self.options, type(self).material)
-        given = dict(self.variants.get(self.options.variant, {}))
+        given |= self.variants.get(self.options.variant, {})
         if self.options.look is not None:
             given |= parameters_in_look(self.options.look, [spec.name for spec in dataclasses.fields(self.Parameters)])
         for spec in dataclasses.fields(self.Parameters):
             value, law = getattr(self.options, f"scene.{spec.name}"), spec.metadata.get("law")
             if value is not None:
                 given[spec.name] = value
-            elif law and self.material != type(self).material:
+            elif law and spec.name not in own and self.material != type(self).material:
                 given[spec.name] = self.in_proportion(given.get(spec.name, spec.default), law)
                 if given[spec.name]:
                     self.laws[spec.name] = law
@@ -355,6 +389,8 @@ class SceneApplication(Application):
             step = dict(dt=options.time_step, pfreq=max(1, round(p.frame / options.time_step)))
         self.scheme = self.make_scheme(p)
         self.check_material()
+        if self.file is not None:
+            self.scheme.effects = effects_from(self.file, self.scheme.effects, self.scheme.slots)
         self.scene_effects = dict(self.scheme.effects)  # as the parameters of the scene have them
         if self.scheme.material is not None:
             check_temperatures(p, option, self.scheme.material)
@@ -651,6 +687,12 @@ class SceneApplication(Application):
         if self.options.post_process is not None:
             self.post_process(self.options.post_process)
             sys.exit(0)  # as in PySPH: a program may call post_process itself after the run
+        if self.options.write_scene is not None:
+            self._prepare()
+            self.write_scene(Path(self.options.write_scene))
+            console.print(f"wrote {self.options.write_scene}: pysph-boiling run {self.options.write_scene}",
+                          markup=False)
+            return
         with plain_warnings(console):
             self.simulate(console)
         first = ranks.rank() == 0

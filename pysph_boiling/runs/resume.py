@@ -11,6 +11,7 @@ import numpy as np
 
 from pysph_boiling.files import read_output, run_record, step_of
 from pysph_boiling.names import current_name, current_quantity, option
+from pysph_boiling.particles import TABLES
 from pysph_boiling.results import load_results
 
 __all__ = ["Resumed", "Setting", "scheme_settings", "settings", "with_units"]
@@ -50,7 +51,8 @@ def scheme_settings(application):
             "gravity": Setting("gravity", scheme.gravity, "m/s^2"), "rho0": Setting("rho0", scheme.rho0, "kg/m^3"),
             "material": Setting("--material", getattr(scheme.material, "name", None)),
             "dt": Setting("--timestep", scheme.dt, "s", may_change=True),
-            "backend": Setting("backend", application.backend(), may_change=True)}
+            "backend": Setting("backend", application.backend(), may_change=True),
+            **{name: Setting(name, value) for name, value in application.settings_of_scene().items()}}
 
 
 def settings(application):
@@ -173,7 +175,7 @@ class Resumed:
                 use_new_names(stored)
             lacks = ["all properties"] if stored is None else [
                 *sorted(set(pa.output_property_arrays) - set(stored.output_property_arrays)),
-                *sorted(set(pa.constants) - set(stored.constants))]
+                *sorted(set(pa.constants) - set(stored.constants) - set(TABLES))]
             if lacks:
                 raise ValueError(f"{file} does not fit this scene with these effects: it lacks {', '.join(lacks)} of "
                                  f"array '{pa.name}'"

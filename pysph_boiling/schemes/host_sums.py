@@ -106,6 +106,10 @@ class Sweeps(Run):
         if cylinder:
             self.options.update(depth=cylinder.depth, cylinder=(cylinder.cx, cylinder.cy, cylinder.radius,
                                                                 cylinder.bottom, cylinder.top))
+        room = found.get(container.PBFDistanceContainer)
+        if room:
+            self.options.update(depth=room.depth, room=(room.ny, room.nz, (room.end_x, room.end_y, room.end_z),
+                                                        (room.x0, room.y0, room.z0), room.per, room.inset))
         pull = found.get(cohesion.BubbleCohesion)
         if pull:
             self.options.update(cohesion=(pull.strength, pull.radius, pull.stiffness))

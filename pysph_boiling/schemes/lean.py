@@ -6,7 +6,7 @@ from pysph_boiling.equations.artificial_pressure import PBFArtificialPressure
 from pysph_boiling.equations.bubble_groups import BubbleCheck, BubbleHook, BubbleLabel, BubbleShortcut, BubbleSnap
 from pysph_boiling.equations.buoyancy import BubbleDrag
 from pysph_boiling.equations.cohesion import BubbleCohesion, BubbleCohesionMove
-from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer
+from pysph_boiling.equations.container import PBFBoxContainer, PBFCylinderContainer, PBFDistanceContainer
 from pysph_boiling.equations.density_constraint import (
     PBFBoundaryCorrection,
     PBFBoundaryDensity,
@@ -39,8 +39,9 @@ __all__ = ["lean_terms", "why_general"]
 
 SWEEP_PLACES = ("density.multiplier", "density.walls", "density.correction", "density.pull", "density.move")
 IN_SWEEPS = {BubbleCohesion, BubbleCohesionMove, PBFBoundaryCorrection, PBFBoundaryDensity, PBFBoxContainer,
-             PBFCylinderContainer, PBFDensity, PBFDensitySwollen, PBFLambda, PBFMove, PBFMoveAccelerated,
-             PBFPositionCorrection, PBFPositionCorrectionSwollen, PBFWallCorrection, PBFWallMultiplier}
+             PBFCylinderContainer, PBFDensity, PBFDensitySwollen, PBFDistanceContainer, PBFLambda, PBFMove,
+             PBFMoveAccelerated, PBFPositionCorrection, PBFPositionCorrectionSwollen, PBFWallCorrection,
+             PBFWallMultiplier}
 IN_LABELS = (BubbleSnap, BubbleHook, BubbleShortcut, BubbleCheck, BubbleLabel)
 IN_FORCES = (PBFBodyForce, PBFXSPHViscosity, BubbleDrag, PBFArtificialPressure, PBFWarmStart, PBFWarmStartSwollen,
              PBFBoundaryWarmStart)

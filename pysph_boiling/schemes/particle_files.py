@@ -10,6 +10,8 @@ import h5py
 import numpy as np
 from pysph.solver.output import HDFOutput
 
+from pysph_boiling.particles import TABLES
+
 __all__ = ["ParticleFiles", "join_parts"]
 
 MARK = b"\x3b\xa7\x1c\x55\xd2\x6e\x29"  # with another byte behind it, a number by which an attribute is found in a file
@@ -41,6 +43,8 @@ class ParticleFiles(HDFOutput):
     pieces = ()
 
     def _dump(self, _):
+        for info in self.particle_data.values():
+            info["constants"] = {name: value for name, value in info["constants"].items() if name not in TABLES}
         layout = self._layout()
         if not self.compress and layout == self.layout:
             self.places = self.places or places(self.file, self.solver_data)

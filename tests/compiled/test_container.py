@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 from harness import vectors
-from motion import CYLINDER, DEPTH, N_FLUID, ROUND_OFF, close, inside_box
+from motion import CYLINDER, DEPTH, INSET, N_FLUID, ROUND_OFF, close, inside_box, room_of
 
 
 def inside_cylinder(x, dim):
@@ -13,7 +13,17 @@ def inside_cylinder(x, dim):
     return x
 
 
-@pytest.mark.parametrize("container, inside", [("box", inside_box), ("cylinder", inside_cylinder)])
+def inside_room(x, dim):
+    """Newton's method, four steps, on the distance as :class:`Room` interpolates it."""
+    room, x = room_of(dim), x.copy()
+    for _ in range(4):
+        slope = room.gradient(x)
+        x += (np.maximum(INSET - room(x), 0.0) / np.maximum(np.sum(slope**2, axis=1), 0.25))[:, None] * slope
+    return x
+
+
+@pytest.mark.parametrize("container, inside", [
+    ("box", inside_box), ("cylinder", inside_cylinder), ("room", inside_room)])
 def test_container_projects_and_counts(kernels, container, inside):
     fluid = kernels.fluid
     x = vectors(fluid)

@@ -92,7 +92,8 @@ def test_the_runs_that_are_compared_hold_every_kind_of_event(results):
 @pytest.mark.parametrize("name", scenes())
 @pytest.mark.parametrize("backend", ["double", "single"])
 def test_every_scene_takes_its_first_steps(tmp_path, name, backend):
-    options = {"dam_break": ("--spacing", "0.05"), "heated_slab": (), "heat_wave_tvf": (), "heat_wave": ()}
+    options = {"dam_break": ("--spacing", "0.05"), "heated_slab": (), "heat_wave_tvf": (), "heat_wave": (),
+               "vessel": ("--demo",)}
     folders = [run(name, tmp_path / which, 5, *options.get(name, ("--flat",)), *BACKENDS[which])
                for which in ("openmp", backend)]
     host, device = (load(str(folder / f"{name}_00005.hdf5"))["arrays"]["fluid"] for folder in folders)

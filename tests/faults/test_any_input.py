@@ -29,7 +29,7 @@ def label(cls, spec):
 
 
 def numbers(spec):
-    return not spec.metadata["choices"] and not isinstance(spec.default, (bool, tuple, str))
+    return not spec.metadata["choices"] and not isinstance(spec.default, (bool, tuple)) and spec.type is not str
 
 
 def wrong(spec):
@@ -38,6 +38,8 @@ def wrong(spec):
     other = st.sampled_from(["much", object(), {}, "nan", b"1"])
     if meta["choices"]:
         return other | st.text(max_size=5).filter(lambda value: value not in meta["choices"])
+    if spec.type is str:
+        return st.sampled_from([object(), {}, b"1", "", 2.5])
     if isinstance(spec.default, bool):
         return other | st.floats()
     if isinstance(spec.default, tuple):

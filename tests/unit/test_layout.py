@@ -7,8 +7,9 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / "pysph_boiling"
 # From the bottom to the top; each part may import from those before it, and from itself.
-PARTS = ("", "names", "checks", "extras", "materials", "cavities", "phases", "search", "native", "particles", "device",
-         "threads", "lint", "files", "results", "equations", "parallel", "schemes", "analysis", "runs", "examples",
+PARTS = ("", "names", "checks", "extras", "materials", "cavities", "phases", "search", "native", "particles", "rooms",
+         "meshes", "device", "threads", "lint", "files", "results", "equations", "parallel", "schemes", "analysis",
+         "runs", "examples",
          "report", "evaluation", "cli", "__main__")
 
 

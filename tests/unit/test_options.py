@@ -4,11 +4,12 @@ import dataclasses
 
 import pytest
 from full import CLASSES, FULL
+from sets import SETS
 
 from pysph_boiling.examples.dam_break import DamBreak
 from pysph_boiling.names import option
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import EFFECTS, CylinderContainer, Heater, HeatSource
+from pysph_boiling.schemes.effects import EFFECTS, CylinderContainer, DistanceContainer, Heater, HeatSource
 from pysph_boiling.schemes.options import add_options, apply_options, option_table
 
 
@@ -19,8 +20,9 @@ def parse(*arguments):
 
 
 def plain(cls):
-    """An effect with its defaults; a heater and a source have none."""
-    return cls(**{Heater: dict(temperature=400.0), HeatSource: dict(density=1e3)}.get(cls, {}))
+    """An effect with its defaults; a heater, a source and a room have none."""
+    return cls(**{Heater: dict(temperature=400.0), HeatSource: dict(density=1e3),
+                  DistanceContainer: dict(room=SETS["room"]["container"].room)}.get(cls, {}))
 
 
 def another(cls, spec):
@@ -43,7 +45,7 @@ def another(cls, spec):
     raise AssertionError(f"no value found for {cls.slot}.{spec.name}")
 
 
-PARAMETERS = [(cls, spec) for cls in CLASSES for spec in dataclasses.fields(cls)]
+PARAMETERS = [(cls, spec) for cls in CLASSES for spec in dataclasses.fields(cls) if "unit" in spec.metadata]
 
 
 @pytest.mark.parametrize(("cls", "spec"), PARAMETERS, ids=[f"{c.__name__}.{s.name}" for c, s in PARAMETERS])

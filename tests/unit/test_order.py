@@ -18,7 +18,12 @@ import sets
 
 from pysph_boiling.evaluation.stress.scenes import EVERYTHING
 from pysph_boiling.schemes.boiling import BoilingScheme
-from pysph_boiling.schemes.effects import EFFECTS, BoxContainer, CylinderContainer, DensityConstraint
+from pysph_boiling.schemes.effects import (
+    EFFECTS,
+    BoxContainer,
+    CylinderContainer,
+    DensityConstraint,
+)
 from pysph_boiling.schemes.stages import Term
 
 METHODS = ("initialize", "initialize_pair", "loop", "loop_all", "post_loop")
@@ -28,7 +33,7 @@ ALLOWED = {  # why the order does not matter
 }
 FORMS = {
     "density": [DensityConstraint(), DensityConstraint(chebyshev_radius=0.9)],
-    "container": [BoxContainer(), CylinderContainer()],
+    "container": [BoxContainer(), CylinderContainer(), sets.SETS["room"]["container"]],
 }
 
 

@@ -21,7 +21,7 @@ SCENES = {name: scene_class(name) for name in scenes() if issubclass(scene_class
 
 
 def fields(cls):
-    return [spec.name for spec in dataclasses.fields(cls)]
+    return [spec.name for spec in dataclasses.fields(cls) if "unit" in spec.metadata]
 
 
 def carriers(name):

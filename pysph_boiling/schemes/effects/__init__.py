@@ -2,7 +2,7 @@
 
 An effect defines its parameters (with unit, bounds and meaning), the effects it requires, and the properties,
 constants, energy flows and result columns that it adds, and it yields its equations as :class:`Term`. A scene without
-an effect has none of these. A class registers itself by its ``slot``; several classes may share a slot, such as the two
+an effect has none of these. A class registers itself by its ``slot``; several classes may share a slot, such as the
 containers. The order of the imports below is the order of the slots, in which terms are sorted within a group and
 tools act after a step. Effects of other packages (``example_plugin/``) come last.
 """
@@ -11,7 +11,9 @@ from pysph_boiling.schemes.effects.base import (
     EFFECTS, Column, Effect, Flow, Rule, SchemeContext, Snapshot, check_parameters, check_temperatures, cumulative,
     joined, param, sum_over, totals,
 )
-from pysph_boiling.schemes.effects.motion import BoxContainer, CylinderContainer, DensityConstraint, XSPHViscosity
+from pysph_boiling.schemes.effects.motion import (
+    BoxContainer, CylinderContainer, DensityConstraint, DistanceContainer, XSPHViscosity,
+)
 from pysph_boiling.schemes.effects.wall_multipliers import WallMultipliers
 from pysph_boiling.schemes.effects.artificial_pressure import ArtificialPressure
 from pysph_boiling.schemes.effects.heat import AmbientLoss, HeatConduction, Heater, HeatSource, heat_step_limit
@@ -32,11 +34,12 @@ from pysph_boiling.schemes.effects.installed import load_installed
 
 __all__ = [
     "AmbientLoss", "ArtificialPressure", "BoxContainer", "BubbleLabels", "Buoyancy", "Cohesion", "Column",
-    "Condensation", "Convection", "CylinderContainer", "DensityConstraint", "Drag", "DynamicNucleation", "EFFECTS",
-    "Effect", "Expansion", "Flow", "HeatConduction", "HeatSource", "Heater", "LatentPooling", "MechanicalLedger",
-    "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule", "SchemeContext", "SiteAdhesion", "SiteStorage",
-    "Snapshot", "Venting", "WallMultipliers", "XSPHViscosity", "check_parameters", "check_temperatures", "cumulative",
-    "heat_step_limit", "joined", "param", "sum_over", "totals",
+    "Condensation", "Convection", "CylinderContainer", "DensityConstraint", "DistanceContainer", "Drag",
+    "DynamicNucleation", "EFFECTS", "Effect", "Expansion", "Flow", "HeatConduction", "HeatSource", "Heater",
+    "LatentPooling", "MechanicalLedger", "Oscillation", "PhaseChange", "PresetNucleation", "Refill", "Rule",
+    "SchemeContext", "SiteAdhesion", "SiteStorage", "Snapshot", "Venting", "WallMultipliers", "XSPHViscosity",
+    "check_parameters", "check_temperatures", "cumulative", "heat_step_limit", "joined", "param", "sum_over",
+    "totals",
 ]
 
 load_installed()

@@ -209,6 +209,10 @@ def check_parameters(instance: Any, label: str) -> None:
                 raise ValueError(f"{name} must be one of {', '.join(map(str, meta['choices']))}; got {value!r}"
                                  f"{nearest(value, meta['choices'])}")
             continue
+        if spec.type is str:
+            if not isinstance(value, str) or not value:
+                raise ValueError(f"{name} must be text, got {value!r}")
+            continue
         if isinstance(spec.default, bool):
             if not isinstance(value, bool):
                 raise ValueError(f"{name} must be True or False, got {value!r}")

@@ -8,11 +8,12 @@ from pysph.solver.tools import Tool
 
 from pysph_boiling.equations import container, density_constraint, viscosity, warm_start
 from pysph_boiling.particles import Property, fill, lattice_density, lattice_stiffness, vector
+from pysph_boiling.rooms import Room
 from pysph_boiling.schemes.effects.base import Column, Effect, Rule, cumulative, param
 from pysph_boiling.schemes.integrator import MAX_SUBSTEPS, MotionLimits
 from pysph_boiling.schemes.stages import Term
 
-__all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "XSPHViscosity"]
+__all__ = ["BoxContainer", "CylinderContainer", "DensityConstraint", "DistanceContainer", "XSPHViscosity"]
 
 STANDARD_DT_FACTOR = 0.07  # t*; the default time step
 MAX_OMEGA = 0.7  # largest default under-relaxation
@@ -362,6 +363,64 @@ class CylinderContainer(Effect):
             yield Term(place, container.PBFCylinderContainer(
                 fluid, None, centre=self.centre, radius=self.radius - inset, bottom=self.bottom + inset,
                 top=self.top - inset, depth=depth, dim=scene.dim))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceContainer(Effect):
+    """A room of any shape that particles cannot leave, such as the inside of a mesh or a vessel with an obstacle.
+
+    ``room`` is a :class:`pysph_boiling.rooms.Room`, the signed distance on a grid. It is the constant ``room`` of the
+    fluid arrays, which particle files do not hold.
+    """
+
+    slot: ClassVar[str] = "container"
+    title: ClassVar[str] = "container by signed distance"
+    requires: ClassVar[tuple[str, ...]] = ("density",)
+    in_guest: ClassVar[bool] = False
+    parameter_constants: ClassVar[tuple[str, ...]] = ("room",)
+    room: Room | None = None
+    margin: float = param(0.1, "-", "particles stop this many spacings before a face", low=0.0, high=0.5)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not isinstance(self.room, Room):
+            raise ValueError(f"container: a DistanceContainer needs a room (pysph_boiling.rooms.Room), got "
+                             f"{self.room!r}")
+
+    def properties(self, scene):
+        return CONTACTS
+
+    def columns(self, scene):
+        return N_CONTACTS
+
+    def constants(self, scene):
+        return {"room": self.room.values.ravel()}
+
+    def bounds(self, scene):
+        """Corners of the box around the region that particle centres may reach [m]."""
+        inset = self.margin * scene.spacing * (np.arange(3) < scene.dim)
+        return (self.room.lower + inset).tolist(), (self.room.upper - inset).tolist()
+
+    def covers(self, scene, point):
+        """Whether the vertical through a point of the bounds has a part inside."""
+        column = np.repeat(np.atleast_2d(point), self.room.values.shape[scene.dim - 1], axis=0)
+        column[:, scene.dim - 1] = self.room.origin[scene.dim - 1] + self.room.step * np.arange(len(column))
+        return bool(np.any(self.room(column) > self.margin * scene.spacing))
+
+    def volume(self, scene):
+        """Volume of the inside [m^dim]."""
+        return self.room.volume
+
+    def check(self, scene, arrays):
+        if self.room.dim != scene.dim:
+            raise ValueError(f"container: its room has {self.room.dim} dimensions, and the scene {scene.dim}")
+        if np.any(scene.period > 0.0):
+            raise ValueError("container: a room by signed distance has no periodic borders; use a BoxContainer")
+
+    def terms(self, scene, fluid):
+        for place, depth in contained(scene, self.margin):
+            yield Term(place, container.PBFDistanceContainer(
+                fluid, None, room=self.room, inset=self.margin * scene.spacing, depth=depth))
 
 
 @dataclass(frozen=True, kw_only=True)
