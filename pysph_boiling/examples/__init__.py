@@ -28,14 +28,14 @@ def scene_class(name: str) -> type:
                 and issubclass(value, Application) and value.__module__ == module.__name__)
 
 
-def said_of(name):
+def said_of(name: str) -> tuple[str, str]:
     """(what it shows, how large it is and how long it takes): sentences of a scene's docstring. Imports nothing."""
     page = ast.get_docstring(ast.parse((Path(__file__).parent / f"{name}.py").read_text(encoding="utf-8")))
     time = re.search(r"^Run time +(.*?)(?=^\S)", page, re.M | re.S)[1]
     return tuple(" ".join(text.replace("``", "").split()) for text in (page.split("\n\n")[0], time))
 
 
-def picture_of(name):
+def picture_of(name: str) -> Path | None:
     """Path of the picture of a scene, or ``None`` if there is none here."""
     path = PICTURES / f"{name}.webp"
     return path if path.is_file() else None

@@ -86,7 +86,7 @@ def test_heater_of_another_temperature_heats_from_then_on(tmp_path, capsys):
     assert run("heated_slab", tmp_path, "--tf", "40", "--resume", "--T-1", "280") == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "from t = 20 s on: heater.temperature = 280.0 K, was 353.15" in said
-    assert "20 steps from t = 20 s to t = 40.0 s" in said
+    assert "20 steps of 1000 ms, from t = 20 s to 40.0 s" in said
     assert "the final check was skipped: the exact solution needs a constant temperature of the plate" in said
     results, kept = load_results(tmp_path), record(tmp_path)
     heat = np.interp([19.0, 20.0, 21.0, 40.0], results["t"], results["energy_heater"])
