@@ -12,8 +12,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 TUTORIALS, WORK, OUT = ROOT / "docs/tutorials", ROOT / "build/tutorials", ROOT / "docs/images"
 WIDTH = 1200  # [pixel] of a picture in a tutorial, at most
-PICTURES = {"first_boil": "steady_boiling_output/frames.png", "heat_in_sph": "warm_eddies.png",
-            "boiling_curve": "sweep_steady_boiling/heat_flux.png"}  # one of each tutorial
+PICTURES = {"first_boil": "steady_boiling_output/frames.png", "own_vessel": "vessel_output/frames.png",
+            "heat_in_sph": "warm_eddies.png", "boiling_curve": "sweep_steady_boiling/heat_flux.png"}  # one of each
 
 
 def blocks(path):

@@ -10,6 +10,7 @@ import nbformat
 import numpy as np
 import pytest
 
+from pysph_boiling.cli import file_scene
 from pysph_boiling.examples import scene_class
 from pysph_boiling.files import output_files, read_output
 
@@ -24,8 +25,15 @@ RUNS = [(name, shlex.split(line)[2:]) for name in NAMES for language, text, _ in
 
 
 @pytest.mark.parametrize("name, arguments", RUNS, ids=lambda value: value if isinstance(value, str) else value[0])
-def test_runs_of_the_tutorials_have_options_that_exist(name, arguments):
-    assert scene_class(arguments[0])().resolve(arguments[1:])
+def test_runs_of_the_tutorials_have_options_that_exist(name, arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for language, text, file in TUTORIAL[name]:
+        if language == "toml":
+            Path(file).write_text(text)
+        elif file == "flask.py":
+            exec(text, {})  # writes the mesh
+    app = file_scene(arguments[0]) if arguments[0].endswith(".toml") else scene_class(arguments[0])()
+    assert app.resolve(arguments[1:])
 
 
 @pytest.mark.parametrize("name", NAMES)
