@@ -5,7 +5,8 @@ its volume, and heated below ``--heated-below``.
 
 Equations   those of ``steady_boiling``; the container is the signed distance of the mesh, on a grid.
 Source      none; this scene is not in the paper.
-Run time    40 s with ``--demo`` (3-D, 4,064 particles) on two busy cores; the first run also compiles.
+Run time    about 30 s on two cores (3-D, 4,909 particles, 1,440 steps for 2 s); less with ``--demo``. The first run also
+            compiles.
 Command     pysph-boiling run vessel --mesh flask.stl --fill .6 --heated-below .01
 """
 from dataclasses import dataclass
@@ -27,6 +28,10 @@ class VesselParameters(DescribedParameters):
     heated_below: float = param(0.01, "m", "height over the lowest point inside, below which the wall is heated",
                                 above=0.0)
     sites: int = param(12, "-", "preset nucleation sites on the heated wall", low=1)
+    smallest_cavity: float = param(4e-6, "m", "smallest radius of the sites' cavities; 0 makes all sites alike, active "
+                                   "at saturation", low=0.0, law="sigma T_sat c_l/(rho_v L^2)")
+    largest_cavity: float = param(6e-6, "m", "largest radius of the sites' cavities; 0 for none", low=0.0,
+                                  law="sigma T_sat c_l/(rho_v L^2)")
     subcooling: float = param(2.0, "K", "start and feed temperature below saturation", low=0.0, high=80.0, law="L/c_l")
     superheat: float = param(60.0, "K", "temperature of the heated wall above saturation", above=0.0, high=250.0,
                              may_change=True, sets="heater.temperature", law="L/c_l")
@@ -45,7 +50,8 @@ class VesselScene(DescribedScene):
             vessel=Vessel(mesh=p.mesh, scale=p.mesh_scale) if p.mesh else Vessel(sphere=p.radius),
             fluids=(Fluid(fill=p.fill, temperature=T_sat - p.subcooling),),
             heaters=(HeatedPart(below=p.heated_below, temperature=T_sat + p.superheat),),
-            sites=Sites(number=p.sites, pattern="regular"))
+            sites=Sites(number=p.sites, pattern="regular", smallest_cavity=p.smallest_cavity,
+                        largest_cavity=p.largest_cavity))
 
 
 if __name__ == "__main__":

@@ -89,8 +89,8 @@ def test_demo_fits_a_screen_warns_of_nothing_and_ends_in_a_picture_of_water(demo
 def test_without_the_extra_the_demo_says_how_to_get_the_picture(demo):
     folder, _ = demo
     out, _ = run(folder, "run", "steady_boiling", "--demo", "--tf", "0.001", "-d", "bare", code=HIDE)
-    assert out.splitlines()[-1] == ('for a picture as water: pysplashsurf is missing: pip install '
-                                    '"pysph_boiling[view]", then pysph-boiling render bare --view surface')
+    assert out.splitlines()[-1] == ("for a picture as water: pysplashsurf is missing: pip install "
+                                    "'pysph_boiling[view]', then pysph-boiling render bare --view surface")
     assert (folder / "bare" / "frames.png").exists() and not (folder / "bare" / "surface.png").exists()
 
 
