@@ -5,8 +5,8 @@ its volume, and heated below ``--heated-below``.
 
 Equations   those of ``steady_boiling``; the container is the signed distance of the mesh, on a grid.
 Source      none; this scene is not in the paper.
-Run time    about 30 s on two cores (3-D, 4,909 particles, 1,440 steps for 2 s); less with ``--demo``. The first run also
-            compiles.
+Run time    about 30 s on two cores (3-D, 4,909 particles, 1,440 steps for 2 s); less with ``--demo``. The first run
+            also compiles.
 Command     pysph-boiling run vessel --mesh flask.stl --fill .6 --heated-below .01
 """
 from dataclasses import dataclass

@@ -165,7 +165,8 @@ def test_what_is_done_is_not_repeated(there):
 
 def test_interrupted_sweep_goes_on(there):
     command = f"""
-import os, sys
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what is in the background without it
 sys.executable = {str(there.parent / "actor")!r}
 os.cpu_count = lambda: 2
 from pysph_boiling import cli
