@@ -72,6 +72,7 @@ def boils(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", LOOKS)
 def test_a_look_boils_as_it_says(boils, look):
     for value, (least, most) in zip(boils[look], EXPECTED[look]):
