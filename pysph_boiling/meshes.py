@@ -61,19 +61,15 @@ def load_mesh(path, scale=1.0):
 
 def check_closed(mesh, path):
     """Raise ``ValueError`` that says where a mesh has a hole, or edges at which more than two faces meet."""
-    trimesh = _trimesh()
-    if not mesh.is_watertight:
-        for count, what in ((1, "it has holes: {n} edges belong to one face only"),
-                            (None, "{n} edges belong to more than two faces")):
-            if count:
-                edges = mesh.edges_sorted[trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)]
-            else:
-                unique, number = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-                edges = unique[number > 2]
-            if len(edges):
-                raise ValueError(f"the mesh {path} is not closed: {what.format(n=len(edges))}, at "
-                                 f"{_places(mesh.vertices[edges].mean(axis=1))}")
-        raise ValueError(f"the mesh {path} is not closed")
+    if mesh.is_watertight:
+        return
+    edges, faces = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    for wrong, what in ((edges[faces == 1], "it has holes: {n} edges belong to one face only"),
+                        (edges[faces > 2], "{n} edges belong to more than two faces")):
+        if len(wrong):
+            raise ValueError(f"the mesh {path} is not closed: {what.format(n=len(wrong))}, at "
+                             f"{_places(mesh.vertices[wrong].mean(axis=1))}")
+    raise ValueError(f"the mesh {path} is not closed")
 
 
 def mesh_shape(path, *, spacing, scale=1.0):

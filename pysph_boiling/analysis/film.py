@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pysph_boiling.analysis.drawing import needed
 from pysph_boiling.analysis.rendering import chosen_files, drawn_into, geometry
 from pysph_boiling.analysis.surface import closed_meshes
+from pysph_boiling.extras import needed
 from pysph_boiling.files import Manifest, load_output, whole
 
 __all__ = ["MESHES", "blender_script", "write_meshes", "write_usd"]

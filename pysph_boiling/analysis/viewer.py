@@ -10,8 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pysph_boiling.analysis.drawing import bubble_colours, by_role, have_all, is_vapour, needed, positions, wall_colours
+from pysph_boiling.analysis.drawing import bubble_colours, by_role, have_all, is_vapour, positions, wall_colours
 from pysph_boiling.analysis.rendering import COLOURS, NEEDS, SCALES, colour_limits, geometry, particle_colours
+from pysph_boiling.extras import needed
 from pysph_boiling.files import load_output, output_files
 
 __all__ = ["HOST", "PARTS", "Outputs", "Viewer"]

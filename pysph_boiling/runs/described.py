@@ -15,7 +15,15 @@ from pysph_boiling.parallel import ranks
 from pysph_boiling.particles import fluid_array, positions, site_array, surface_places, wall_array
 from pysph_boiling.rooms import Room, ball, box, cylinder, wall_points
 from pysph_boiling.runs.application import SceneApplication, SceneParameters
-from pysph_boiling.runs.scene_file import PARTS, SceneFile, SceneFileError, effect_changes
+from pysph_boiling.runs.scene_file import (
+    PARTS,
+    CylinderSize,
+    SceneFile,
+    SceneFileError,
+    effect_changes,
+    one_of,
+    table,
+)
 from pysph_boiling.schemes.boiling import BoilingScheme
 from pysph_boiling.schemes.effects import BoxContainer, CylinderContainer, DistanceContainer, Heater, param
 from pysph_boiling.schemes.recipes import ADHESION, K_BUBBLE, boiling_effects
@@ -73,11 +81,7 @@ class DescribedScene(SceneApplication):
 
     def make_geometry(self, p, description):
         vessel, dim = description.vessel, p.dim
-        given = [kind for kind in vessel.KINDS if getattr(vessel, kind) is not None]
-        if len(given) != 1:
-            raise SceneFileError(f"{self.where('vessel')}: give one of {', '.join(vessel.KINDS)}, got "
-                                 f"{' and '.join(given) or 'none'}")
-        (kind,) = given
+        kind = one_of(vessel, vessel.KINDS, self.where("vessel"))
         if dim == 2 and kind in ("mesh", "sphere"):
             raise SceneFileError(f"{self.where('vessel')}: a {kind} is 3-D, and dim is 2")
         try:
@@ -104,8 +108,6 @@ class DescribedScene(SceneApplication):
         return inside, BoxContainer(lower=tuple(inside.lower), upper=tuple(inside.upper))
 
     def cylinder_vessel(self, vessel, dim):
-        from pysph_boiling.runs.scene_file import CylinderSize, table
-
         size = table(CylinderSize, vessel.cylinder, self.where("vessel.cylinder"))
         inside = cylinder((0.0, 0.0, 0.0), size.radius, size.height) if dim == 3 else box(
             (-size.radius, 0.0), (size.radius, size.height), 2)
@@ -182,12 +184,10 @@ class DescribedScene(SceneApplication):
         for number, one in enumerate(heaters, 1):
             if (one.temperature is None) == (one.power is None):
                 raise SceneFileError(f"{self.where(f'heaters[{number}]')}: give a temperature [K] or a power [W]")
-        if heaters[0].power is None:
-            if any(one.power is not None for one in heaters):
-                raise SceneFileError(f"{self.where('heaters')}: all must have a temperature, or all a power")
-            return Heater(temperature=heaters[0].temperature)
-        if any(one.power is None for one in heaters):
+        if len({one.power is None for one in heaters}) > 1:
             raise SceneFileError(f"{self.where('heaters')}: all must have a temperature, or all a power")
+        if heaters[0].power is None:
+            return Heater(temperature=heaters[0].temperature)
         fluxes = [one.power / (mask.sum() * p.spacing**(p.dim - 1))
                   for one, mask in zip(heaters, self.heated(p, description))]
         if max(fluxes) > min(fluxes) * (1.0 + 1e-9):

@@ -13,8 +13,8 @@ from pysph_boiling.names import SchemeError, nearest
 from pysph_boiling.schemes.effects import EFFECTS, check_parameters, param
 
 __all__ = [
-    "Description", "Fluid", "HeatedPart", "Obstacle", "SceneFile", "SceneFileError", "Sites", "Vessel",
-    "effect_changes", "effects_from", "parameters_from", "read_scene", "scene_text",
+    "CylinderSize", "Description", "Fluid", "HeatedPart", "Obstacle", "SceneFile", "SceneFileError", "Sites", "Vessel",
+    "effect_changes", "effects_from", "one_of", "parameters_from", "read_scene", "scene_text", "table",
 ]
 
 DEFAULT = "default"  # a parameter of an effect that has its default, which may be none: TOML has no such value
@@ -66,9 +66,9 @@ class Cylinder:
     axis: str = "z"
 
 
-def _one_of(region, names, where):
-    """The name of the only one of some keys that is given."""
-    given = [name for name in names if getattr(region, name) is not None]
+def one_of(part, names, where):
+    """The name of the only one of some keys of a table that is given; ``SceneFileError`` for none and for several."""
+    given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
         raise SceneFileError(f"{where}: give one of {', '.join(names)}, got {' and '.join(given) or 'none'}")
     return given[0]
@@ -92,7 +92,7 @@ class Region:
 
     def shape(self, dim, spacing, folder, where) -> rooms.Shape:
         """The :class:`~pysph_boiling.rooms.Shape`; a mesh is in a file in ``folder``, unless its path is absolute."""
-        kind = _one_of(self, ("box", "sphere", "cylinder", "mesh"), where)
+        kind = one_of(self, ("box", "sphere", "cylinder", "mesh"), where)
         if dim == 2 and kind in ("cylinder", "mesh"):
             raise SceneFileError(f"{where}: a {kind} is 3-D, and the scene has dim = 2: use a box or a sphere")
         try:
